@@ -123,6 +123,7 @@ class Slots {
   std::vector<std::vector<double>> rates_;           // [slot][item]
   std::vector<std::vector<std::uint32_t>> unknown_;  // [slot][item], kNone; empty until the first unknown
   std::vector<Parameter> parameters_;
+  std::vector<std::uint32_t> shared_;  // the named ones among parameters_
   std::vector<Reader> readers_;
   std::vector<Animated> animated_;
   bool moving_ = false;

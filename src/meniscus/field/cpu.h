@@ -1,0 +1,12 @@
+#pragma once
+
+namespace meniscus::field {
+
+/// Whether this processor runs AVX2 kernels. Results are the same bits with and without: the kernels use no fused
+/// multiply-add.
+inline bool has_avx2() {
+  static const bool yes = __builtin_cpu_supports("avx2") != 0;
+  return yes;
+}
+
+}  // namespace meniscus::field
