@@ -1,6 +1,7 @@
 #include "field/conformance.h"
 
 #include <meniscus/field/blobs.h>
+#include <meniscus/field/grid_field.h>
 #include <meniscus/field/primitives.h>
 
 namespace meniscus::field {
@@ -41,6 +42,23 @@ std::unique_ptr<Field> some_particles() {
   return particles(p, radius, v);
 }
 
+/// A sampled sphere whose bricks fill [-2, 2)³.
+std::unique_ptr<Field> sampled_sphere(Interpolation interpolation) {
+  const double voxel = 0.25;
+  std::vector<Coord> bricks;
+  std::vector<float> values;
+  for (int b = 0; b < 8; ++b) {
+    const Coord at{b / 4 - 1, b / 2 % 2 - 1, b % 2 - 1};
+    bricks.push_back(at);
+    for (int v = 0; v < 512; ++v) {
+      const Vec3 x = voxel * Vec3(8 * at[0] + v / 64, 8 * at[1] + v / 8 % 8, 8 * at[2] + v % 8);
+      values.push_back(static_cast<float>(std::clamp(x.norm() - 1.1, -0.75, 0.75)));
+    }
+  }
+  const auto grid = std::make_shared<const Grid>(voxel, Vec3::Zero(), 0.75, std::move(bricks), std::move(values));
+  return std::make_unique<GridField>(grid, interpolation);
+}
+
 const Case kCases[] = {
     {"sphere",
      [] {
@@ -74,6 +92,8 @@ const Case kCases[] = {
     {"compact segments", [] { return segments(BlobKernel::Compact, 0.3, some_segments(60, 0.5)); }},
     {"no blobs", [] { return blobs(BlobKernel::Compact, 0.4, {}); }},
     {"particles", some_particles},
+    {"trilinear grid", [] { return sampled_sphere(Interpolation::Trilinear); }},
+    {"cubic grid", [] { return sampled_sphere(Interpolation::Cubic); }},
 };
 
 class Conformance : public testing::TestWithParam<Case> {};
