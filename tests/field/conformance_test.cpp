@@ -1,8 +1,10 @@
 #include "field/conformance.h"
 
 #include <meniscus/field/blobs.h>
+#include <meniscus/field/combine.h>
 #include <meniscus/field/grid_field.h>
 #include <meniscus/field/primitives.h>
+#include <meniscus/field/transform.h>
 
 namespace meniscus::field {
 namespace {
@@ -59,6 +61,21 @@ std::unique_ptr<Field> sampled_sphere(Interpolation interpolation) {
   return std::make_unique<GridField>(grid, interpolation);
 }
 
+template <class... F>
+Inputs inputs(F... fields) {
+  Inputs list;
+  (list.push_back(std::move(fields)), ...);
+  return list;
+}
+
+std::unique_ptr<Field> ball(double x, double y, const Number& r) { return sphere({x, sway(y, 0.3), 0}, r); }
+
+std::unique_ptr<Field> row_of_balls() {
+  Inputs list;
+  for (int i = 0; i < 9; ++i) list.push_back(ball(0.4 * i - 1.6, 0.1 * i, Number::named("r", 0.35)));
+  return blend(std::move(list), sway(0.5, 0.1));
+}
+
 const Case kCases[] = {
     {"sphere",
      [] {
@@ -94,6 +111,27 @@ const Case kCases[] = {
     {"particles", some_particles},
     {"trilinear grid", [] { return sampled_sphere(Interpolation::Trilinear); }},
     {"cubic grid", [] { return sampled_sphere(Interpolation::Cubic); }},
+    {"union", [] { return set_union(inputs(ball(-0.5, 0, 0.8), ball(0.6, 0.2, 0.7))); }},
+    {"intersection",
+     [] {
+       return set_intersection(inputs(ball(-0.3, 0, 0.9), ball(0.4, 0.2, 0.8), box({0, 0, 0}, {1, 2, 1})));
+     }},
+    {"difference", [] { return set_difference(inputs(ball(0, 0, 1.2), ball(0.6, 0.2, 0.7), ball(-0.6, 0.2, 0.4))); }},
+    {"blend", [] { return blend(inputs(ball(-0.5, 0, 0.7), ball(0.6, 0.2, 0.6)), 0.6); }},
+    {"many blended", row_of_balls},
+    {"offset", [] { return offset(ball(0, 0, 0.7), sway(0.3, 0.2)); }},
+    {"shell",
+     [] {
+       return shell(torus({0, 0, 0}, {0, 1, 0}, 1, 0.4), 0.2);
+     }},
+    {"transform",
+     [] {
+       return transform(box({0.2, 0, 0}, {1, 0.6, 0.8}), {0.1, sway(0.2, 1), 0}, {20, sway(30, 90), 40}, sway(1.3, 0.2));
+     }},
+    {"transformed blend",
+     [] {
+       return transform(blend(inputs(ball(-0.5, 0, 0.7), ball(0.6, 0.2, 0.6)), 0.6), {0, 0, 0.1}, {0, 0, sway(0, 60)}, 0.8);
+     }},
 };
 
 class Conformance : public testing::TestWithParam<Case> {};

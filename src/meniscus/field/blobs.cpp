@@ -59,8 +59,8 @@ class BlobSum final : public Field {
   std::unique_ptr<Field> clone() const override { return std::make_unique<BlobSum>(*this); }
   bool moving() const override { return bias_.moving() || slots_.moving(); }
 
-  Box bounds() const override {
-    if (bias_.value(0, 0) > 0) return index_.bounds();
+  Box bounds_below(double level) const override {
+    if (bias_.value(0, 0) > level) return index_.bounds();
     return Box::everywhere();
   }
 

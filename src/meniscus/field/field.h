@@ -66,7 +66,9 @@ class Field {
   virtual Interval range(const Box& box) const = 0;
 
   /// A box that holds the surface and all that is inside it; may be infinite; empty when nothing can be inside.
-  virtual Box bounds() const = 0;
+  Box bounds() const { return bounds_below(0); }
+  /// A box that holds every point with F <= level.
+  virtual Box bounds_below(double level) const = 0;
 
   /// The unknowns q with their values, in the order of set_parameters.
   const std::vector<Parameter>& parameters() const { return parameters_; }

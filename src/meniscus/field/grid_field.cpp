@@ -386,8 +386,9 @@ Interval GridField::range(const Box& box) const {
   return {result.lo - rounding, result.hi + rounding};
 }
 
-Box GridField::bounds() const {
-  if (!(shared_->all.lo <= 0)) return {};
+Box GridField::bounds_below(double level) const {
+  if (level >= grid_->background()) return Box::everywhere();
+  if (!(shared_->all.lo <= level)) return {};
   return grid_->bounds().padded(grid_->voxel() * (interpolation_ == Interpolation::Cubic ? 2 : 1));
 }
 

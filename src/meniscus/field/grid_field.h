@@ -36,7 +36,7 @@ class GridField : public Field {
 
   std::unique_ptr<Field> clone() const override { return std::make_unique<GridField>(*this); }
   Interval range(const Box& box) const override;
-  Box bounds() const override;
+  Box bounds_below(double level) const override;
   bool moving() const override { return false; }
 
  protected:

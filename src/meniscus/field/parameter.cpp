@@ -1,3 +1,4 @@
+#include <meniscus/base/error.h>
 #include <meniscus/field/parameter.h>
 
 #include <algorithm>
@@ -39,7 +40,11 @@ Slots::Slots(std::span<const SlotInfo> infos, std::size_t items)
 std::uint32_t Slots::parameter_index(const Number& number, const SlotInfo& info, std::string path) {
   if (!number.name().empty()) {
     for (const std::uint32_t i : shared_)
-      if (parameters_[i].name == number.name()) return i;
+      if (parameters_[i].name == number.name()) {
+        if (parameters_[i].value != number.value())
+          throw InvalidInput("parameter '" + number.name() + "' is given two values");
+        return i;
+      }
     shared_.push_back(static_cast<std::uint32_t>(parameters_.size()));
   }
   Parameter p;

@@ -82,6 +82,7 @@ class Slots {
   Slots(std::span<const SlotInfo> infos, std::size_t items);
 
   /// Sets slot `slot` of `item`. `path` names it when it is an unknown of its own.
+  /// Throws InvalidInput when a shared name comes with two different values.
   void bind(std::size_t item, std::size_t slot, const Number& number, std::string path);
   /// Sets a number that is no unknown, with a rate of change per second: for particles.
   void fix(std::size_t item, std::size_t slot, double value, double rate);

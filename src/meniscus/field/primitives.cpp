@@ -26,7 +26,7 @@ struct Traits {
   Shape shape;
   std::string_view name;
   std::vector<SlotInfo> slots;
-  Box (*bounds)(const double* q);
+  Box (*bounds)(const double* q, double level);                       // of F <= level
   double (*lipschitz)(const double* q);                               // bound on |∇F|
   Vec3 (*velocity)(const double* q, const double* r, const Vec3& x);  // of the material at x
   void (*row)(const double* q, const double* x, double* dq);          // ∂F/∂q
@@ -59,7 +59,7 @@ constexpr SlotInfo ratio(std::string_view n) { return {n, Quantity::Ratio, -kInf
 const Traits kSphere{Shape::Sphere,
                      "sphere",
                      {center("center.x"), center("center.y"), center("center.z"), length_slot("radius")},
-                     [](const double* q) { return Box::around(vec(q), q[3]); },
+                     [](const double* q, double level) { return Box::around(vec(q), q[3]).padded(level); },
                      distance_lipschitz,
                      velocity_of_center,
                      row<shapes::Sphere>};
@@ -68,8 +68,8 @@ const Traits kBox{Shape::Box,
                   "box",
                   {center("center.x"), center("center.y"), center("center.z"), length_slot("size.x"), length_slot("size.y"),
                    length_slot("size.z")},
-                  [](const double* q) {
-                    return Box{vec(q) - 0.5 * vec(q + 3), vec(q) + 0.5 * vec(q + 3)};
+                  [](const double* q, double level) {
+                    return Box{vec(q) - 0.5 * vec(q + 3), vec(q) + 0.5 * vec(q + 3)}.padded(level);
                   },
                   distance_lipschitz,
                   velocity_of_center,
@@ -79,11 +79,11 @@ const Traits kTorus{Shape::Torus,
                     "torus",
                     {center("center.x"), center("center.y"), center("center.z"), ratio("axis.x"), ratio("axis.y"),
                      ratio("axis.z"), length_slot("major"), length_slot("minor")},
-                    [](const double* q) {
+                    [](const double* q, double level) {
                       // A circle of radius R about a unit axis a reaches R √(1 − a_i²) along axis i.
                       const Vec3 a = vec(q + 3).normalized();
                       const Vec3 reach = q[6] * (Vec3::Ones() - a.cwiseProduct(a)).cwiseMax(0).cwiseSqrt();
-                      return Box{vec(q) - reach, vec(q) + reach}.padded(q[7]);
+                      return Box{vec(q) - reach, vec(q) + reach}.padded(q[7] + level);
                     },
                     distance_lipschitz,
                     velocity_about_axis,
@@ -93,11 +93,11 @@ const Traits kCapsule{
     Shape::Capsule,
     "capsule",
     {center("a.x"), center("a.y"), center("a.z"), center("b.x"), center("b.y"), center("b.z"), length_slot("radius")},
-    [](const double* q) {
+    [](const double* q, double level) {
       Box b;
       b.extend(vec(q));
       b.extend(vec(q + 3));
-      return b.padded(q[6]);
+      return b.padded(q[6] + level);
     },
     distance_lipschitz,
     segment_velocity,
@@ -107,7 +107,7 @@ const Traits kPlane{
     Shape::Plane,
     "plane",
     {center("point.x"), center("point.y"), center("point.z"), ratio("normal.x"), ratio("normal.y"), ratio("normal.z")},
-    [](const double*) { return Box::everywhere(); },
+    [](const double*, double) { return Box::everywhere(); },
     distance_lipschitz,
     velocity_about_axis,
     row<shapes::Plane>};
@@ -116,8 +116,10 @@ const Traits kEllipsoid{Shape::Ellipsoid,
                         "ellipsoid",
                         {center("center.x"), center("center.y"), center("center.z"), length_slot("radii.x"),
                          length_slot("radii.y"), length_slot("radii.z")},
-                        [](const double* q) {
-                          return Box{vec(q) - vec(q + 3), vec(q) + vec(q + 3)};
+                        [](const double* q, double level) {
+                          const double grown = 1 + level * vec(q + 3).cwiseInverse().sum() / 3;
+                          const Vec3 r = vec(q + 3) * std::max(0.0, grown);
+                          return Box{vec(q) - r, vec(q) + r};
                         },
                         [](const double* q) {
                           const Vec3 r = vec(q + 3);
@@ -136,7 +138,7 @@ class Primitive final : public Field {
   }
 
   std::unique_ptr<Field> clone() const override { return std::make_unique<Primitive>(*this); }
-  Box bounds() const override { return traits_->bounds(q_); }
+  Box bounds_below(double level) const override { return traits_->bounds(q_, level); }
   bool moving() const override { return slots_.moving(); }
 
   Interval range(const Box& box) const override {
