@@ -110,6 +110,9 @@ TEST(TextFormats, LineEndsMarksAndBlanksDoNotMatter) {
 }
 
 TEST(TextFormats, DecimalCommaIsAnError) {
+  WriteOptions text_options;
+  text_options.text = true;
+  const std::string text_vtp = written("a.vtp", true, text_options);
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0,5 1,5 "
       "2\n";
@@ -117,6 +120,12 @@ TEST(TextFormats, DecimalCommaIsAnError) {
   EXPECT_THROW(read_geometry_bytes("a.obj", "v 0,5 1,5 2\n"), IoError);
   EXPECT_THROW(read_geometry_bytes("a.lammpstrj", replaced(lammps(), "1 2 3", "1,5 2 3")), IoError);
   EXPECT_THROW(read_geometry_bytes("a.vtk", replaced(vtk_text("3.0", ""), "0 0 0 1", "0,5 0 0 1")), IoError);
+  EXPECT_THROW(read_geometry_bytes("a.off", "OFF\n1 0 0\n0,5 1,5 2\n"), IoError);
+  EXPECT_THROW(read_geometry_bytes("a.stl", "solid\nvertex 0,5 1,5 2\nendsolid\n"), IoError);
+  for (const char* text : {"0,5 1,5 2,5\n", "0,5\t1,5\t2,5\n", "0,5;1,5;2,5\n", "0,5,1,5,2,5\n", "x;y;z\n0,5;1,5;2,5\n",
+                           "x,y,z\n0,5,1,5,2,5\n", "x;y;z;w\n1;2;3;0,5\n", "1 2 3\n1,5 2 3\n"})
+    EXPECT_THROW(read_geometry_bytes("a.csv", text), IoError) << text;
+  EXPECT_THROW(read_geometry_bytes("a.vtp", replaced(text_vtp, "0 0 -0.0025", "0 0 -0,0025")), IoError);
 }
 
 TEST(TextFormats, ErrorsNameTheLine) {
@@ -168,6 +177,15 @@ TEST(DeclaredCounts, AreCheckedBeforeAllocating) {
   std::string points = bgeo(false);
   points.replace(9, 4, "\x7f\xff\xff\xff");
   EXPECT_THROW(read_geometry_bytes("a.bgeo", points), IoError);
+  const std::string off = "OFF\n1 1 0\n0 0 0\n1 0\n";
+  EXPECT_THROW(read_geometry_bytes("a.off", replaced(off, "1 1 0", huge + " 1 0")), IoError);
+  EXPECT_THROW(read_geometry_bytes("a.off", replaced(off, "1 1 0", "1 " + huge + " 0")), IoError);
+  EXPECT_THROW(read_geometry_bytes("a.off", replaced(off, "1 0\n", huge + " 0\n")), IoError);
+  EXPECT_THROW(read_geometry_bytes("a.vtp", replaced(base64_vtp(), "NumberOfPoints='2'", "NumberOfPoints='" + huge + "'")),
+               IoError);
+  std::string blocks = compressed_vtu();
+  blocks.replace(blocks.rfind("_\1") + 1, 4, "\xff\xff\xff\x7f");
+  EXPECT_THROW(read_geometry_bytes("a.vtu", blocks), Error);
   // An element without properties takes no bytes: any count of it must take no time either.
   const std::string nothing = "ply\nformat ascii 1.0\nelement nothing " + huge + "\nelement vertex 1" + ply_rest;
   EXPECT_EQ(read_geometry_bytes("a.ply", nothing).cloud.size(), 1u);

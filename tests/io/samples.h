@@ -2,6 +2,8 @@
 
 #include "support.h"
 
+#include <meniscus/io/base64.h>
+
 #include <zlib.h>
 
 #include <string>
@@ -14,6 +16,8 @@ struct Sample {
   std::string bytes;
   std::size_t points;
   std::size_t triangles;
+
+  friend void PrintTo(const Sample& sample, std::ostream* out) { *out << sample.name; }
 };
 
 inline std::string written(const std::string& name, bool mesh, const WriteOptions& options) {
@@ -113,6 +117,50 @@ inline std::string lammps() {
          "ITEM: TIMESTEP\n100\nITEM: NUMBER OF ATOMS\n1\n" + box + "ITEM: ATOMS id element xs ys zs\n1 Ar .5 .5 .5\n";
 }
 
+/// A VTU as ParaView writes it by default: appended, zlib-compressed.
+inline std::string compressed_vtu() {
+  std::string appended;
+  std::string arrays[4];
+  const auto add = [&](const std::string& raw) {
+    std::string packed(compressBound(raw.size()), '\0');
+    uLongf size = packed.size();
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()), raw.size());
+    const std::string offset = std::to_string(appended.size());
+    for (const std::size_t n : {std::size_t{1}, raw.size(), std::size_t{0}, std::size_t{size}})
+      appended += little_endian(static_cast<std::uint32_t>(n));
+    appended += packed.substr(0, size);
+    return "format=\"appended\" offset=\"" + offset + "\"/>\n";
+  };
+  std::string points, corners, ends, types = "\5\11";
+  for (int i = 0; i < 12; ++i) points += little_endian(float(i % 5));
+  for (const std::int64_t i : {0, 1, 2, 0, 1, 3, 2}) corners += little_endian(i);
+  for (const std::int64_t i : {3, 7}) ends += little_endian(i);
+  std::string out =
+      "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\" "
+      "compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"4\" NumberOfCells=\"2\">\n";
+  out += "<PointData Vectors=\"v\">\n<DataArray type=\"Float32\" Name=\"vel\" NumberOfComponents=\"3\" " + add(points) +
+         "</PointData>\n";
+  out += "<CellData>\n</CellData>\n<Points>\n<DataArray type=\"Float32\" NumberOfComponents=\"3\" " + add(points) +
+         "</Points>\n<Cells>\n";
+  out += "<DataArray type=\"Int64\" Name=\"connectivity\" " + add(corners) + "<DataArray type=\"Int64\" Name=\"offsets\" " +
+         add(ends);
+  out += "<DataArray type=\"UInt8\" Name=\"types\" " + add(types);
+  return out + "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_" + appended +
+         "\n</AppendedData>\n</VTKFile>\n";
+}
+
+/// Arrays inline in base64.
+inline std::string base64_vtp() {
+  std::string points;
+  for (int i = 0; i < 6; ++i) points += little_endian(double(i));
+  const std::string array = encode_base64(little_endian(static_cast<std::uint32_t>(points.size())) + points);
+  return "<?xml version='1.0'?>\n<!-- a > b -->\n<VTKFile type='PolyData' byte_order='LittleEndian'><PolyData><Piece "
+         "NumberOfPoints='2' "
+         "NumberOfVerts='0'>\n<PointData><DataArray type='Int32' Name='id' format='ascii'> 5\n6 </DataArray></PointData>\n"
+         "<Points><DataArray type='Float64' NumberOfComponents='3' format='binary'>\n  " +
+         array + "\n</DataArray></Points></Piece></PolyData></VTKFile>\n";
+}
+
 /// Small good files of every format: what the conformance suites run over. A new reader adds its lines here.
 inline std::vector<Sample> good_samples() {
   WriteOptions text;
@@ -135,6 +183,22 @@ inline std::vector<Sample> good_samples() {
       {"polygons.bgeo", bgeo(true), 4, 2},
       {"zipped.bgeo", gzipped(bgeo(true)), 4, 2},
       {"atoms.lammpstrj", lammps(), 2, 0},
+      {"binary.stl", written("a.stl", true, {}), 4, 4},
+      {"text.stl", written("a.stl", true, text), 4, 4},
+      {"colours.off",
+       "COFF # c\n4 2 5\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n# c\n1 1 0 0 0 255 255\n0 1 0 9 9 9 255\n4 0 1 2 3 .5 .5 "
+       ".5\n3 0 1 2\n",
+       4, 3},
+      {"written.csv", written("a.csv", false, {}), 4, 0},
+      {"written.xyz", written("a.xyz", false, {}), 4, 0},
+      {"german.csv", "name;X;Y;Z;id\nab;1.5;2;3;7\nc;1;2;3;8\n", 2, 0},
+      {"paraview.csv", "\"velocity:0\",\"velocity:1\",\"velocity:2\",\"Points:0\",\"Points:1\",\"Points:2\"\n1,2,3,4,5,6\n",
+       1, 0},
+      {"binary.vtp", written("a.vtp", true, {}), 4, 4},
+      {"text.vtp", written("a.vtp", true, text), 4, 4},
+      {"binary_cloud.vtp", written("a.vtp", false, {}), 4, 0},
+      {"binary_compressed.vtu", compressed_vtu(), 4, 3},
+      {"base64.vtp", base64_vtp(), 2, 0},
       {"zipped.lammpstrj.gz", gzipped(lammps()), 2, 0},
   };
 }

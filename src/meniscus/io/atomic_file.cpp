@@ -2,9 +2,7 @@
 #include <meniscus/io/atomic_file.h>
 
 #include <fcntl.h>
-#include <linux/fs.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 #include <atomic>
 #include <cerrno>
@@ -49,8 +47,8 @@ int FileCalls::remove(const char* path) { return ::unlink(path); }
 
 int FileCalls::rename(const char* from, const char* to, bool replace) {
   if (replace) return ::rename(from, to);
-  const long done = ::syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
-  if (done == 0 || (errno != EINVAL && errno != ENOSYS)) return static_cast<int>(done);
+  const int done = ::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
+  if (done == 0 || (errno != EINVAL && errno != ENOSYS)) return done;
   // A file system without that flag: look, then rename.
   struct stat status {};
   if (::lstat(to, &status) == 0) {

@@ -1,13 +1,19 @@
 #include <meniscus/base/error.h>
 #include <meniscus/io/atomic_file.h>
 #include <meniscus/io/bgeo.h>
+#include <meniscus/io/byte_cursor.h>
 #include <meniscus/io/file_bytes.h>
 #include <meniscus/io/format.h>
 #include <meniscus/io/geometry.h>
 #include <meniscus/io/lammps.h>
 #include <meniscus/io/obj.h>
+#include <meniscus/io/off.h>
 #include <meniscus/io/ply.h>
+#include <meniscus/io/stl.h>
+#include <meniscus/io/table.h>
+#include <meniscus/io/usd.h>
 #include <meniscus/io/vtk_legacy.h>
+#include <meniscus/io/vtk_xml.h>
 
 #include <algorithm>
 #include <array>
@@ -20,8 +26,8 @@ struct Format {
   std::string_view extensions;  ///< blank-separated
   /// Whether a file without a telling extension looks like this one.
   bool (*recognise)(std::string_view bytes);
-  RawGeometry (*read)(const Source& source, const ReadOptions& options, ReadReport& report);
-  void (*write)(AtomicFile& file, const GeometryView& geometry, const WriteOptions& options);  ///< null: read only
+  RawGeometry (*read)(const Source& source, const ReadOptions& options, ReadReport& report);   ///< null: cannot be read
+  void (*write)(AtomicFile& file, const GeometryView& geometry, const WriteOptions& options);  ///< null: cannot be written
 };
 
 bool starts_with_line(std::string_view bytes, std::string_view word) {
@@ -41,6 +47,25 @@ bool looks_like_obj(std::string_view bytes) {
   return false;
 }
 
+/// A first line of numbers, or of printable words with separators; asked last, for it is not particular.
+bool looks_like_table(std::string_view bytes) {
+  while (bytes.starts_with('#')) bytes.remove_prefix(std::min(bytes.find('\n'), bytes.size() - 1) + 1);
+  bytes.remove_prefix(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size()));
+  const std::string_view line = bytes.substr(0, bytes.find_first_of("\r\n"));
+  if (bytes.find_first_of("+-.0123456789") == 0) return true;
+  const bool printable =
+      std::all_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) >= ' ' || c == '\t'; });
+  return printable && line.find_first_of(",;\t ") != line.npos;
+}
+
+/// Binary STL has no mark either, but its length must fit its count.
+bool looks_like_stl(std::string_view bytes) {
+  if (bytes.starts_with("solid")) return true;
+  constexpr std::size_t kHead = 84, kFacet = 50;
+  return bytes.size() >= kHead &&
+         bytes.size() == kHead + kFacet * std::uint64_t{load<std::uint32_t>(bytes.data() + 80, std::endian::little)};
+}
+
 constexpr std::array kFormats = {
     Format{"ply", "ply", [](std::string_view b) { return starts_with_line(b, "ply\n") || starts_with_line(b, "ply\r"); },
            [](const Source& s, const ReadOptions&, ReadReport& r) { return read_ply(s, r); }, write_ply},
@@ -52,6 +77,18 @@ constexpr std::array kFormats = {
            [](const Source& s, const ReadOptions& o, ReadReport& r) { return read_lammps(s, o.frame, r); }, nullptr},
     Format{"obj", "obj", looks_like_obj, [](const Source& s, const ReadOptions&, ReadReport& r) { return read_obj(s, r); },
            write_obj},
+    Format{"vtp", "vtp vtu", [](std::string_view b) { return b.substr(0, 1000).find("<VTKFile") != b.npos; },
+           [](const Source& s, const ReadOptions& o, ReadReport& r) { return read_vtk_xml(s, o.memory_limit, r); },
+           write_vtp},
+    Format{"off", "off", [](std::string_view b) { return b.substr(0, 5).find("OFF") != b.npos; },
+           [](const Source& s, const ReadOptions&, ReadReport& r) { return read_off(s, r); }, nullptr},
+    Format{"stl", "stl", looks_like_stl, [](const Source& s, const ReadOptions&, ReadReport& r) { return read_stl(s, r); },
+           write_stl},
+    Format{"usda", "usda", [](std::string_view b) { return b.starts_with("#usda"); }, nullptr, write_usda},
+    Format{"csv", "csv", looks_like_table,
+           [](const Source& s, const ReadOptions&, ReadReport& r) { return read_table(s, r); }, write_csv},
+    Format{"xyz", "xyz txt", looks_like_table,
+           [](const Source& s, const ReadOptions&, ReadReport& r) { return read_table(s, r); }, write_xyz},
 };
 
 bool has_word(std::string_view words, std::string_view word) {
@@ -89,7 +126,7 @@ const Format& format_for_reading(const std::string& path, std::string_view bytes
 
 const Format& format_for_writing(const std::string& path) {
   const std::string extension = path == "-" ? "ply" : format_of_path(path);
-  const Format* f = path.ends_with(".gz") ? nullptr : find_by_name(extension);
+  const Format* f = path.ends_with(".gz") || extension == "vtu" ? nullptr : find_by_name(extension);
   if (f != nullptr && f->write != nullptr) return *f;
   throw InvalidInput(path + ": cannot write '." + extension + "'; extensions known: " + known_extensions(true));
 }
@@ -99,6 +136,7 @@ Geometry read_inflated(const std::string& path, std::string_view bytes, const Re
   ReadReport& r = report != nullptr ? *report : own;
   const Format& format = format_for_reading(path, bytes, options);
   r.format = format.name;
+  if (format.read == nullptr) throw IoError(path, "files of this format can be written, not read");
   return finish(format.read({path, bytes}, options, r), path, r);
 }
 
