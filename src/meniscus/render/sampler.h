@@ -24,20 +24,24 @@ class PixelSampler {
   /// `samples` pairs will be asked for of each use.
   PixelSampler(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t samples) {
     const int shift = std::bit_width(samples - 1);
+    mask_ = static_cast<std::uint32_t>((std::uint64_t{1} << shift) - 1);
     for (std::size_t use = 0; use < kUses; ++use) {
       const std::uint64_t key = mix(mix(seed) + use);
-      const std::uint32_t first = quadtree_order(x, y, key) << shift;
+      const auto [order, leaf] = quadtree_order(x, y, key);
+      const auto first = static_cast<std::uint32_t>(std::uint64_t{order} << shift);
       starts_[use] = {reversed(first), second_sobol(first), static_cast<std::uint32_t>(key),
-                      static_cast<std::uint32_t>(key >> 32)};
+                      static_cast<std::uint32_t>(key >> 32), leaf};
     }
   }
 
   /// Two numbers in [0, 1) for the given one of the samples.
   Vec2 pair(Use use, std::uint32_t sample) const {
     const Start& start = starts_[static_cast<std::size_t>(use)];
-    // Both sequences are linear over bits, and `sample` has none in common with the start.
-    const std::uint32_t x = scramble(start.x ^ reversed(sample), start.seed_x);
-    const std::uint32_t y = scramble(start.y ^ second_sobol(sample), start.seed_y);
+    // Each use takes the samples of the pixel in an order of its own, or pairs of different uses would hang together.
+    const std::uint32_t i = scramble(sample, start.shuffle) & mask_;
+    // Both sequences are linear over bits, and `i` has none in common with the start.
+    const std::uint32_t x = scramble(start.x ^ reversed(i), start.seed_x);
+    const std::uint32_t y = scramble(start.y ^ second_sobol(i), start.seed_y);
     return Vec2(x, y) * 0x1.0p-32;
   }
 
@@ -68,8 +72,12 @@ class PixelSampler {
     return reversed(x);
   }
 
-  // The place of a pixel along a quadtree of the picture whose four children are shuffled in every node.
-  static std::uint32_t quadtree_order(std::uint32_t x, std::uint32_t y, std::uint64_t key) {
+  struct Place {
+    std::uint32_t order, leaf;
+  };
+
+  // The place of a pixel along a quadtree of the picture whose four children are shuffled in every node, and a hash of it.
+  static Place quadtree_order(std::uint32_t x, std::uint32_t y, std::uint64_t key) {
     std::uint32_t order = 0;
     std::uint64_t node = key;
     for (int level = 15; level >= 0; --level) {
@@ -81,7 +89,7 @@ class PixelSampler {
       order = (order << 2) | swapped;
       node += child;
     }
-    return order;
+    return {order, static_cast<std::uint32_t>(mix(node))};
   }
 
   static std::uint32_t second_sobol(std::uint32_t i) {
@@ -93,9 +101,10 @@ class PixelSampler {
   }
 
   struct Start {
-    std::uint32_t x, y, seed_x, seed_y;
+    std::uint32_t x, y, seed_x, seed_y, shuffle;
   };
   std::array<Start, kUses> starts_;
+  std::uint32_t mask_;
 };
 
 /// The pairs of one ray.
