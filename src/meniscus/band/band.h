@@ -1,0 +1,103 @@
+#pragma once
+
+#include <meniscus/base/run_control.h>
+#include <meniscus/field/field.h>
+#include <meniscus/field/grid.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace meniscus::band {
+
+using field::Coord;
+
+/// A level set kept near its surface: bricks of 8³ samples in world units, negative inside, clamped to ±background; where
+/// no brick is, the side (inside or outside) is known. No box: bricks wake as the surface comes and drop as it leaves, so
+/// memory follows the surface's area. Layout and order are those of field::Grid (docs/decisions/0006).
+class Band {
+ public:
+  static constexpr std::size_t kBrickNodes = 512;
+  /// Distance kept on each side of the surface, in voxels.
+  static constexpr double kHalfWidth = 4;
+
+  /// Neighbour number of a direction (dx, dy, dz), each -1, 0 or 1.
+  static constexpr std::size_t direction(int dx, int dy, int dz) {
+    return static_cast<std::size_t>((dx + 1) * 9 + (dy + 1) * 3 + (dz + 1));
+  }
+  static constexpr std::int32_t kOutside = -1;  ///< no brick there: all of it lies outside
+  static constexpr std::int32_t kInside = -2;   ///< no brick there: all of it lies inside
+  using Neighbours = std::array<std::int32_t, 27>;
+
+  /// An empty band. `voxel` > 0; node (i, j, k) lies at origin + voxel (i, j, k).
+  explicit Band(double voxel, Vec3 origin = Vec3::Zero());
+  /// Takes samples of any function whose zero set is the surface (negative inside), 512 per brick; bricks in any order
+  /// must hold every node within two voxels of the surface. Where no brick is, the side is that of the nearest samples.
+  /// Samples that are not finite count as outside. Redistance before use unless the samples are distances already. Throws
+  /// InvalidInput for counts that do not fit or a brick given twice.
+  Band(double voxel, Vec3 origin, const std::vector<Coord>& bricks, const std::vector<float>& values);
+  /// From a stored level set: exactly its samples where they are within the background.
+  explicit Band(const field::Grid& grid);
+
+  /// The level set as a grid: no sample changes.
+  field::Grid grid() const;
+
+  double voxel() const { return voxel_; }
+  const Vec3& origin() const { return origin_; }
+  float background() const { return background_; }
+  std::size_t brick_count() const { return bricks_.size(); }
+  bool empty() const { return bricks_.empty(); }
+  const std::vector<Coord>& bricks() const { return bricks_; }
+  const Neighbours& neighbours(std::size_t brick) const { return neighbours_[brick]; }
+  std::span<float> values() { return values_; }
+  std::span<const float> values() const { return values_; }
+  /// Exchanges the samples for others of the same number.
+  void swap_values(std::vector<float>& values) { values_.swap(values); }
+  Vec3 position(std::size_t brick, int i, int j, int k) const;
+  /// Number of the brick with that index, or -1.
+  std::int32_t find(const Coord& brick) const;
+  /// Nodes nearer to the surface than the background.
+  std::size_t active_nodes() const;
+
+  /// Wakes the neighbours of every brick that the band has reached and drops bricks that it has left. Returns, for every new
+  /// brick, the number of the brick before (-1: woken); empty when nothing changed.
+  std::vector<std::int32_t> adapt(const RunControl& run = {});
+
+ private:
+  void index();
+  void link(const RunControl& run);
+
+  double voxel_;
+  Vec3 origin_;
+  float background_;
+  std::vector<Coord> bricks_;
+  std::vector<float> values_;
+  std::vector<Neighbours> neighbours_;
+  std::vector<std::uint32_t> slots_;  // open addressing, brick number + 1
+};
+
+/// Copies the samples of a brick and two more on every side into `halo` (kHaloSize floats) from an array that runs along
+/// the band's bricks; beyond bricks the value is `outside` or `inside`.
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, float* halo);
+
+/// Reorders an array that runs along the bricks after Band::adapt(); woken bricks get `fresh`.
+template <class T>
+std::vector<T> remapped(const std::vector<T>& old, const std::vector<std::int32_t>& map, T fresh) {
+  std::vector<T> out(map.size() * Band::kBrickNodes, fresh);
+  for (std::size_t b = 0; b < map.size(); ++b)
+    if (map[b] >= 0) {
+      const auto from = old.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(map[b]) * Band::kBrickNodes);
+      std::copy(from, from + static_cast<std::ptrdiff_t>(Band::kBrickNodes),
+                out.begin() + static_cast<std::ptrdiff_t>(b * Band::kBrickNodes));
+    }
+  return out;
+}
+
+/// The band of any field's surface inside `box` (its own bounds when empty): finds every component whose thickness exceeds
+/// about a voxel, by the field's interval range where that can prune. Samples are first-order distances F/|∇F|, then
+/// redistanced. Throws InvalidInput for an infinite box, ResourceLimit (with the figure) for more than `max_bricks`.
+Band band_of(const field::Field& field, double voxel, const Box& box = {}, std::size_t max_bricks = 1u << 20,
+             const RunControl& run = {});
+
+}  // namespace meniscus::band

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <meniscus/band/band.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace meniscus::band {
+
+/// The points where the surface crosses the edges of the grid: where speeds are evaluated, once each (THEORY, Trap 5).
+/// Ordered by brick and, within it, by eighths of the brick, so that runs of crossings are compact in space.
+struct Crossings {
+  field::PositionBatch x;                ///< linear interpolation along the edge
+  std::vector<Vec3> normal;              ///< outward, unit length (zero where ∇φ vanishes)
+  std::vector<std::uint32_t> inside;     ///< the edge's node inside the surface: brick * 512 + number
+  std::vector<std::uint32_t> outside;    ///< the node outside
+  std::vector<std::size_t> brick_begin;  ///< crossings of brick b: [brick_begin[b], brick_begin[b + 1])
+
+  std::size_t size() const { return inside.size(); }
+};
+
+Crossings find_crossings(const Band& band, const RunControl& run = {});
+
+/// Speeds at nodes from speeds at crossings: next to the surface the mean over the node's crossings, elsewhere carried
+/// outwards along ∇φ, so that level sets move together and distances stay distances. Zero where nothing arrives.
+std::vector<float> node_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed,
+                               const RunControl& run = {});
+
+}  // namespace meniscus::band
