@@ -87,14 +87,14 @@ std::optional<double> ground_height(const Scene& scene, const Camera& camera, co
 }
 
 Pixel expose(const Shader& shader, const Lens& lens, const RenderOptions& options, std::uint64_t seed, int x, int y) {
-  const std::uint64_t pixel =
-      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(options.width) + static_cast<std::uint64_t>(x);
+  const PixelSampler pixel(seed, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                           static_cast<std::uint32_t>(options.samples));
   std::optional<Vec3> backdrop;
   if (!options.transparent) backdrop = Studio::backdrop((x + 0.5) / options.width, (y + 0.5) / options.height);
   Vec3 color = Vec3::Zero();
   double alpha = 0;
   for (int s = 0; s < options.samples; ++s) {
-    const Sampler sampler(seed, pixel, static_cast<std::uint32_t>(s));
+    const Sampler sampler{pixel, static_cast<std::uint32_t>(s)};
     const Vec2 u = sampler.pair(Use::Pixel);
     const double time = options.shutter > 0 ? sampler.pair(Use::Time).x() : 0.5;
     const Shader::Sight sight = shader.look(lens.ray(x + 0.5 + tent(u.x()), y + 0.5 + tent(u.y()), time), sampler, backdrop);

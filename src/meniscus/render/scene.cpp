@@ -7,6 +7,8 @@
 namespace meniscus::render {
 namespace {
 
+constexpr double kStrayReach = 0.75;
+
 // Everything but strays: see subject_bounds.
 Box box_without_strays(const std::vector<Vec3>& positions) {
   Box box;
@@ -22,10 +24,10 @@ Box box_without_strays(const std::vector<Vec3>& positions) {
       std::nth_element(values.begin(), values.begin() + k, values.end());
       return values[static_cast<std::size_t>(k)];
     };
-    const double low = quantile(0.01);
-    const double high = quantile(0.99);
-    box.min[axis] = low - (high - low);
-    box.max[axis] = high + (high - low);
+    const double low = quantile(0.05);
+    const double high = quantile(0.95);
+    box.min[axis] = low - kStrayReach * (high - low);
+    box.max[axis] = high + kStrayReach * (high - low);
   }
   return box;
 }

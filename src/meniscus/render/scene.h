@@ -13,16 +13,18 @@ namespace meniscus::render {
 
 /// How a surface takes the light.
 struct Material {
-  Vec3 color = Vec3(0.56, 0.27, 0.16);  ///< diffuse, linear RGB
-  double roughness = 0.5;               ///< 0 mirror-like highlights, 1 none to speak of
-  double reflectance = 0.045;           ///< of light that falls straight in; 0.04 plastic, glazed clay and water, 0 chalk
-  bool mirrors = false;                 ///< trace what it reflects, instead of a soft look-up
+  Vec3 color = Vec3(0.45, 0.20, 0.115);  ///< diffuse, linear RGB
+  double roughness = 0.5;                ///< 0 mirror-like highlights, 1 none to speak of
+  double reflectance = 0.045;            ///< of light that falls straight in; 0.04 plastic, glazed clay and water, 0 chalk
+  bool mirrors = false;                  ///< trace what it reflects, instead of a soft look-up
 
-  /// Slightly glazed terracotta; the default.
+  /// Slightly glazed terracotta; the default of meshes.
   static Material clay() { return {}; }
   /// Light grey, dull: for shape alone.
   static Material plaster() { return {Vec3(0.58, 0.57, 0.55), 0.7, 0.03, false}; }
-  /// Deep blue, glossy, reflecting: an opaque liquid.
+  /// Blue with a soft sheen; the default of clouds.
+  static Material satin() { return {Vec3(0.04, 0.19, 0.42), 0.4, 0.045, false}; }
+  /// Deep blue and glossy, reflecting its surroundings: an opaque liquid.
   static Material liquid() { return {Vec3(0.02, 0.115, 0.34), 0.08, 0.05, true}; }
 };
 
@@ -37,7 +39,7 @@ struct MeshItem {
 /// A point cloud: an oriented disc where there is a normal N, else a sphere. Attributes used: N, pscale, Cd, v, color_by.
 struct CloudItem {
   points::Cloud cloud;
-  Material material = Material::liquid();
+  Material material = Material::satin();
   /// For every point, world units. Not given: pscale; without that, half the spacing of so many points in their box.
   std::optional<double> radius = {};
   double radius_scale = 1;  ///< times the radius, wherever it came from
@@ -81,8 +83,9 @@ struct Scene {
   Ground ground;
 };
 
-/// The subject's box: all finite vertices, and all points but strays (farther outside the 1 % to 99 % range than its width,
-/// on any axis): one evaporated particle does not shrink the picture. Radii included. Empty for an empty scene.
+/// The subject's box: all finite vertices, and of clouds of 100 points or more all but strays: those farther outside the
+/// 5 % to 95 % range than 0.75 of its width, on any axis. A few evaporated particles do not shrink the picture. Radii
+/// included. Empty for an empty scene.
 Box subject_bounds(const Scene& scene);
 
 /// The camera that frames the subject itself, tighter than its box: see frame(const Box&, ...).

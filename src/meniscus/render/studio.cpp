@@ -45,13 +45,14 @@ Studio::Studio(const Lights& lights, const Camera& camera)
     : up_(camera.up.normalized()),
       key_(lights.key_direction ? Vec3(lights.key_direction->normalized()) : from_camera(camera, -0.85, 0.95, 0.5)),
       rim_(from_camera(camera, 0.75, 0.55, -0.75)),
-      key_size_(lights.key_size * kPi / 180),
+      key_cosine_(std::cos(lights.key_size * kPi / 180)),
+      key_half_(std::tan(std::clamp(lights.key_size * kPi / 180, 0.03, 1.0))),
       key_color_(lights.key * kKeyStrength * Vec3(1.0, 0.975, 0.94)),
       rim_color_(lights.key * kRimStrength * Vec3(0.94, 0.97, 1.0)),
       fill_(lights.fill) {}
 
 Vec3 Studio::towards_key(const Vec2& u) const {
-  const double c = 1 - u.x() * (1 - std::cos(key_size_));
+  const double c = 1 - u.x() * (1 - key_cosine_);
   const double s = std::sqrt(std::max(0.0, 1 - c * c));
   const double phi = 2 * kPi * u.y();
   return key_.to_world(Vec3(s * std::cos(phi), s * std::sin(phi), c));
@@ -92,8 +93,7 @@ Vec3 Studio::lamp(const Axes& axes, const Vec2& half_size, const Vec3& color, co
 }
 
 Vec3 Studio::mirrored_key(const Vec3& direction, double roughness) const {
-  const double half = std::tan(std::clamp(key_size_, 0.03, 1.0));
-  return lamp(key_, Vec2(half, half), key_color_, direction, roughness);
+  return lamp(key_, Vec2(key_half_, key_half_), key_color_, direction, roughness);
 }
 
 Vec3 Studio::mirrored_rim(const Vec3& direction, double roughness) const {

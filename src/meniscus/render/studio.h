@@ -39,7 +39,8 @@ class Studio {
   Vec3 up_;
   Axes key_;
   Axes rim_;
-  double key_size_;
+  double key_cosine_;  // of the half-angle
+  double key_half_;    // half-width of the mirrored key at distance 1
   Vec3 key_color_;
   Vec3 rim_color_;
   double fill_;

@@ -1,0 +1,64 @@
+#include <meniscus/base/parallel.h>
+#include <meniscus/mesh/components.h>
+#include <meniscus/polygonize/connect.h>
+#include <meniscus/polygonize/finish.h>
+
+#include <algorithm>
+
+namespace meniscus::polygonize {
+namespace {
+
+/// Moves the vertices of degenerate triangles towards the middle of their cells until all triangles have area. Vertices of
+/// different cells can meet only on the cells' common boundary, so any move inwards parts them.
+Connection connect_with_area(Shell& shell, std::size_t max_triangles, PolygonizeReport& report, const RunControl& run) {
+  Connection connection = connect(shell, max_triangles, run);
+  for (double fraction = 1e-4; !connection.degenerate.empty() && fraction < 1; fraction *= 8) {
+    for (const std::uint32_t v : connection.degenerate) {
+      Vec3& p = shell.positions[v];
+      p += fraction * (place_of(shell, v).center - p);
+    }
+    report.vertices_moved = std::max(report.vertices_moved, connection.degenerate.size());
+    connection = connect(shell, max_triangles, run);
+  }
+  return connection;
+}
+
+std::vector<double> flattened(const std::vector<Vec3>& vectors) {
+  std::vector<double> values(3 * vectors.size());
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    for (std::size_t a = 0; a < 3; ++a) values[3 * i + a] = vectors[i][static_cast<Eigen::Index>(a)];
+  return values;
+}
+
+/// Vertices where the gradient says nothing get the mean normal of their triangles.
+void fill_missing(std::vector<Vec3>& normals, const mesh::Mesh& mesh) {
+  const auto missing = [](const Vec3& n) { return n.isZero(0); };
+  if (std::none_of(normals.begin(), normals.end(), missing)) return;
+  const std::vector<Vec3> means = mesh::vertex_normals(mesh);
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    if (missing(normals[v])) normals[v] = means[v];
+}
+
+}  // namespace
+
+mesh::Mesh finish(Shell shell, std::size_t max_triangles, bool count_components, PolygonizeReport& report,
+                  const RunControl& run) {
+  report.nan_samples = shell.nan_samples;
+  report.surface_cells = shell.cells.size();
+  report.cells_sampled = shell.sampled_bricks * kBrickCells * kBrickCells * kBrickCells;
+  if (shell.nan_samples > 0)
+    report.warnings.push_back("the field is not a number at " + std::to_string(shell.nan_samples) +
+                              " lattice points; they count as outside");
+
+  mesh::Mesh mesh;
+  mesh.triangles = connect_with_area(shell, max_triangles, report, run).triangles;
+  mesh.positions = std::move(shell.positions);
+  if (!shell.normals.empty()) {
+    fill_missing(shell.normals, mesh);
+    mesh.attributes.set(attribute::kNormal, 3, flattened(shell.normals));
+  }
+  if (count_components) report.components = mesh::components(mesh).count;
+  return mesh;
+}
+
+}  // namespace meniscus::polygonize

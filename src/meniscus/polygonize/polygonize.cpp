@@ -1,0 +1,124 @@
+#include <meniscus/base/error.h>
+#include <meniscus/polygonize/bricks_near.h>
+#include <meniscus/polygonize/clipped_field.h>
+#include <meniscus/polygonize/finish.h>
+#include <meniscus/polygonize/polygonize.h>
+#include <meniscus/polygonize/project.h>
+#include <meniscus/polygonize/shell.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace meniscus::polygonize {
+namespace {
+
+class FieldSampler : public Sampler {
+ public:
+  FieldSampler(const ClippedField& field, const Lattice& lattice) : field_(field), lattice_(lattice) {}
+
+  void sample(const Coord& brick, double* values) const override {
+    std::array<double, kBrickSamples> x;
+    std::array<double, kBrickSamples> y;
+    std::array<double, kBrickSamples> z;
+    std::size_t n = 0;
+    for (int i = 0; i < kBrickPoints; ++i)
+      for (int j = 0; j < kBrickPoints; ++j)
+        for (int k = 0; k < kBrickPoints; ++k, ++n) {
+          const Vec3 p =
+              lattice_.point({brick[0] * kBrickCells + i, brick[1] * kBrickCells + j, brick[2] * kBrickCells + k});
+          x[n] = p.x();
+          y[n] = p.y();
+          z[n] = p.z();
+        }
+    field_.evaluate({x.data(), y.data(), z.data(), n}, {values, n, n, field::Order::Value});
+  }
+
+ private:
+  const ClippedField& field_;
+  const Lattice& lattice_;
+};
+
+std::string text(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+void check(const PolygonizeOptions& options) {
+  if (!(options.voxel > 0) || !std::isfinite(options.voxel))
+    throw InvalidInput("polygonize: voxel must be positive and finite, not " + text(options.voxel));
+  if (options.projection < 0) throw InvalidInput("polygonize: projection must not be negative");
+  if (options.box && !options.box->empty() && !options.box->finite())
+    throw InvalidInput("polygonize: the box must be finite");
+  if (options.box && (options.box->min.hasNaN() || options.box->max.hasNaN()))
+    throw InvalidInput("polygonize: the box has a bound that is not a number");
+}
+
+/// The box to mesh in. The field's own bounds get room, so that clipping never touches the surface.
+Box domain(const field::Field& field, const PolygonizeOptions& options) {
+  if (options.box) return *options.box;
+  const Box bounds = field.bounds();
+  if (bounds.empty()) return bounds;
+  if (!bounds.finite()) throw InvalidInput("polygonize: the surface has no finite bounds; give a box to mesh in");
+  return bounds.padded(options.voxel);
+}
+
+Lattice lattice_over(const Box& box, double voxel) {
+  constexpr double kMost = 2147483000;  // below 2³¹, with room for a brick's rim
+  Lattice lattice;
+  lattice.voxel = voxel;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const double low = std::floor(box.min[axis] / voxel);
+    const double high = std::ceil(box.max[axis] / voxel);
+    if (!(low > -kMost && high < kMost))
+      throw ResourceLimit("polygonize: cells " + text(low) + " to " + text(high) + " along axis " + "xyz"[a] +
+                          " are beyond the limit of 2147483000; use a larger voxel");
+    lattice.low[a] = static_cast<std::int32_t>(low);
+    lattice.high[a] = static_cast<std::int32_t>(high);
+  }
+  return lattice;
+}
+
+void warn(PolygonizeReport& report, const PolygonizeOptions& options) {
+  if (report.vertices_at_box > 0)
+    report.warnings.push_back("the surface leaves the box and is closed at its faces (" +
+                              std::to_string(report.vertices_at_box) + " vertices lie on them)");
+  if (options.projection > 0 && report.worst_residual > 1e-6)
+    report.warnings.push_back("some vertices are off the surface by " + text(report.worst_residual) + " voxels");
+}
+
+}  // namespace
+
+PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& options, RunControl run) {
+  check(options);
+  PolygonizeResult result;
+  PolygonizeReport& report = result.report;
+  const Box box = domain(field, options);
+  if (box.empty()) return result;
+
+  const Lattice lattice = lattice_over(box, options.voxel);
+  const ClippedField clipped(field, box);
+  BricksNear near = bricks_near(clipped, lattice, options.max_cells, run);
+  report.boxes_tested = near.boxes_tested;
+  run.progress(0.2, "sampling");
+
+  const FieldSampler sampler(clipped, lattice);
+  Shell shell = build_shell(sampler, lattice, std::move(near.bricks), {false, options.max_cells}, run);
+  report.evaluations = shell.sampled_bricks * kBrickSamples;
+  run.progress(0.6, "refining");
+
+  const ProjectReport projected = project(clipped, shell, {options.projection, 1e-9, options.normals}, run);
+  report.evaluations += projected.evaluations;
+  report.vertices_bisected = projected.bisected;
+  report.vertices_at_box = projected.at_box;
+  report.worst_residual = projected.worst_residual;
+  run.progress(0.9, "connecting");
+
+  result.mesh = finish(std::move(shell), options.max_triangles, options.count_components, report, run);
+  warn(report, options);
+  run.progress(1);
+  return result;
+}
+
+}  // namespace meniscus::polygonize

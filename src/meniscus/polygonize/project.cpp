@@ -1,0 +1,213 @@
+#include <meniscus/base/parallel.h>
+#include <meniscus/polygonize/project.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace meniscus::polygonize {
+namespace {
+
+using field::JetBatch;
+using field::Order;
+using field::PositionBatch;
+
+constexpr std::size_t kVerticesPerBlock = field::kBlock;
+/// How far outside its cell a vertex may go, voxels. Cells' vertices must not meet, and a vertex that runs far from its cell
+/// is usually after another sheet; but a smooth surface may well have its middle a little outside.
+constexpr double kMargin = 0.1;
+constexpr int kBisections = 40;  // a cell's diagonal falls below 2e-12 voxels
+
+/// The vertices of one block on their way to the surface.
+class BlockProjector {
+ public:
+  BlockProjector(const ClippedField& field, Shell& shell, const ProjectOptions& options, std::size_t begin, std::size_t end)
+      : field_(field),
+        shell_(shell),
+        options_(options),
+        begin_(begin),
+        size_(end - begin),
+        value_(size_),
+        gradient_(size_) {}
+
+  ProjectReport run() {
+    all_.resize(size_);
+    for (std::size_t i = 0; i < size_; ++i) all_[i] = i;
+    if (options_.iterations > 0) {
+      start_.assign(shell_.positions.begin() + static_cast<std::ptrdiff_t>(begin_),
+                    shell_.positions.begin() + static_cast<std::ptrdiff_t>(begin_ + size_));
+      cells_ = cells_of(shell_, begin_, begin_ + size_);
+      const std::vector<std::size_t> failed = newton();
+      if (!failed.empty()) bisect(failed);
+    } else if (options_.normals) {
+      evaluate_here(all_);
+    }
+    finish();
+    return report_;
+  }
+
+ private:
+  Vec3& position(std::size_t i) { return shell_.positions[begin_ + i]; }
+  double tolerance(std::size_t i) {
+    constexpr double kEpsilon = 8 * std::numeric_limits<double>::epsilon();
+    return options_.tolerance * shell_.lattice.voxel + kEpsilon * position(i).lpNorm<Eigen::Infinity>();
+  }
+  bool arrived(std::size_t i) { return std::abs(value_[i]) <= tolerance(i) * gradient_[i].norm(); }
+
+  JetBatch evaluate(const PositionBatch& at, Order order) {
+    JetBatch jets(at.x.size(), order);
+    field_.evaluate(at.view(), jets.view());
+    report_.evaluations += at.x.size();
+    return jets;
+  }
+
+  void evaluate_here(const std::vector<std::size_t>& which) {
+    PositionBatch at(which.size());
+    for (std::size_t n = 0; n < which.size(); ++n) at.set(n, position(which[n]));
+    const JetBatch jets = evaluate(at, Order::Gradient);
+    for (std::size_t n = 0; n < which.size(); ++n) {
+      value_[which[n]] = jets.value(n);
+      gradient_[which[n]] = jets.gradient(n);
+    }
+  }
+
+  bool allowed(std::size_t i, const Vec3& p) {
+    const Vec3 in_cell = (p - shell_.lattice.point(cells_[i])) / shell_.lattice.voxel;
+    return in_cell.minCoeff() >= -kMargin && in_cell.maxCoeff() <= 1 + kMargin;  // false for NaN
+  }
+
+  /// The Newton step from vertex i, at most half a voxel.
+  Vec3 step(std::size_t i) {
+    const Vec3 full = -value_[i] / gradient_[i].squaredNorm() * gradient_[i];
+    const double reach = 0.5 * shell_.lattice.voxel;
+    const double length = full.norm();
+    return length > reach ? Vec3(reach / length * full) : full;
+  }
+
+  /// Returns the vertices that did not arrive.
+  std::vector<std::size_t> newton() {
+    evaluate_here(all_);
+    std::vector<double> damping(size_, 1);
+    std::vector<std::size_t> failed;
+    std::vector<std::size_t> active = all_;
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      PositionBatch trial(active.size());
+      std::size_t kept = 0;
+      for (const std::size_t i : active) {
+        if (arrived(i)) continue;
+        const Vec3 p = position(i) + damping[i] * step(i);
+        if (!allowed(i, p)) {
+          failed.push_back(i);
+          continue;
+        }
+        trial.set(kept, p);
+        active[kept++] = i;
+      }
+      active.resize(kept);
+      if (kept == 0) break;
+      trial.x.resize(kept);
+      trial.y.resize(kept);
+      trial.z.resize(kept);
+      const JetBatch jets = evaluate(trial, Order::Gradient);
+      for (std::size_t n = 0; n < kept; ++n) {
+        const std::size_t i = active[n];
+        if (std::abs(jets.value(n)) < std::abs(value_[i])) {
+          position(i) = trial.view()[n];
+          value_[i] = jets.value(n);
+          gradient_[i] = jets.gradient(n);
+          damping[i] = 1;
+        } else {
+          damping[i] *= 0.25;
+        }
+      }
+    }
+    for (const std::size_t i : active)
+      if (!arrived(i)) failed.push_back(i);
+    std::sort(failed.begin(), failed.end());
+    return failed;
+  }
+
+  /// Bisects between a vertex's start and the nearest lattice point around it on the other side.
+  void bisect(const std::vector<std::size_t>& which) {
+    report_.bisected += which.size();
+    std::vector<Vec3> inside(which.size());
+    std::vector<Vec3> outside(which.size());
+    PositionBatch at(which.size());
+    for (std::size_t n = 0; n < which.size(); ++n) at.set(n, start_[which[n]]);
+    JetBatch jets = evaluate(at, Order::Value);
+    for (std::size_t n = 0; n < which.size(); ++n) {
+      const bool starts_inside = jets.value(n) < 0;
+      const Vec3& start = start_[which[n]];
+      (starts_inside ? inside : outside)[n] = start;
+      (starts_inside ? outside : inside)[n] = nearest_corner(which[n], !starts_inside);
+    }
+    for (int b = 0; b < kBisections; ++b) {
+      for (std::size_t n = 0; n < which.size(); ++n) at.set(n, 0.5 * (inside[n] + outside[n]));
+      jets = evaluate(at, Order::Value);
+      for (std::size_t n = 0; n < which.size(); ++n) (jets.value(n) < 0 ? inside : outside)[n] = at.view()[n];
+    }
+    for (std::size_t n = 0; n < which.size(); ++n) position(which[n]) = 0.5 * (inside[n] + outside[n]);
+    evaluate_here(which);
+    bisected_ = which;
+  }
+
+  Vec3 nearest_corner(std::size_t i, bool inside) const {
+    const VertexPlace place = place_of(shell_, begin_ + i);
+    Vec3 best = place.center;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < place.corners.size(); ++c) {
+      const Vec3 corner = shell_.lattice.point(place.corners[c]);
+      const double distance = (corner - start_[i]).squaredNorm();
+      if (place.inside[c] != inside || distance >= nearest) continue;
+      best = corner;
+      nearest = distance;
+    }
+    return best;
+  }
+
+  void finish() {
+    if (options_.iterations <= 0 && !options_.normals) return;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const double slope = gradient_[i].norm();
+      const bool usable = slope > 0 && std::isfinite(slope);
+      if (options_.normals) shell_.normals[begin_ + i] = usable ? Vec3(gradient_[i] / slope) : Vec3(Vec3::Zero());
+      if (field_.past_box(position(i)) >= -tolerance(i)) ++report_.at_box;
+      if (next < bisected_.size() && bisected_[next] == i) {
+        ++next;
+      } else if (usable) {
+        report_.worst_residual = std::max(report_.worst_residual, std::abs(value_[i]) / slope / shell_.lattice.voxel);
+      }
+    }
+  }
+
+  const ClippedField& field_;
+  Shell& shell_;
+  const ProjectOptions& options_;
+  std::size_t begin_;
+  std::size_t size_;
+  std::vector<double> value_;
+  std::vector<Vec3> gradient_;
+  std::vector<Vec3> start_;
+  std::vector<Coord> cells_;
+  std::vector<std::size_t> all_;
+  std::vector<std::size_t> bisected_;
+  ProjectReport report_;
+};
+
+}  // namespace
+
+ProjectReport project(const ClippedField& field, Shell& shell, const ProjectOptions& options, const RunControl& run) {
+  if (options.normals) shell.normals.resize(shell.positions.size());
+  return parallel_reduce(
+      shell.positions.size(), kVerticesPerBlock, run, ProjectReport{},
+      [&](std::size_t begin, std::size_t end) { return BlockProjector(field, shell, options, begin, end).run(); },
+      [](ProjectReport a, const ProjectReport& b) {
+        a.evaluations += b.evaluations;
+        a.bisected += b.bisected;
+        a.at_box += b.at_box;
+        a.worst_residual = std::max(a.worst_residual, b.worst_residual);
+        return a;
+      });
+}
+
+}  // namespace meniscus::polygonize

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <meniscus/base/run_control.h>
+#include <meniscus/polygonize/clipped_field.h>
+#include <meniscus/polygonize/shell.h>
+
+#include <vector>
+
+namespace meniscus::polygonize {
+
+struct ProjectOptions {
+  int iterations = 12;      ///< Newton steps tried per vertex before bisection; 0 leaves the vertices where they are
+  double tolerance = 1e-9;  ///< wanted |F|/|∇F|, voxels
+  bool normals = true;
+};
+
+struct ProjectReport {
+  std::size_t evaluations = 0;
+  std::size_t bisected = 0;   ///< vertices for which Newton's method failed
+  std::size_t at_box = 0;     ///< vertices on the faces of the box
+  double worst_residual = 0;  ///< largest |F|/|∇F| of vertices not bisected, voxels
+};
+
+/// Moves the shell's vertices onto F = 0 and fills shell.normals with unit ∇F (zero where it vanishes).
+/// Newton's method along the gradient, a step only if |F| falls and stays about the vertex's cell; failing that, bisection
+/// towards the nearest corner of the vertex's cell that lies on the other side, which cannot fail.
+ProjectReport project(const ClippedField& field, Shell& shell, const ProjectOptions& options, const RunControl& run);
+
+}  // namespace meniscus::polygonize

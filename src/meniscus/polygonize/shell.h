@@ -1,0 +1,115 @@
+#pragma once
+
+#include <meniscus/base/run_control.h>
+#include <meniscus/base/vec.h>
+#include <meniscus/field/grid.h>
+#include <meniscus/polygonize/cell_cases.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace meniscus::polygonize {
+
+// Index of a brick of 8³ cells, or of a cell or lattice point.
+using field::Coord;
+
+inline constexpr int kBrickCells = 8;
+inline constexpr int kBrickPoints = 9;  ///< lattice points along a brick's edge
+inline constexpr std::size_t kBrickSamples = 729;
+
+/// The lattice that is meshed: point (i, j, k) lies at origin + voxel * (i, j, k). Points on the rim of [low, high] and
+/// beyond count as outside, so every surface closes within.
+struct Lattice {
+  Vec3 origin = Vec3::Zero();
+  double voxel = 1;
+  Coord low{};
+  Coord high{};
+
+  Vec3 point(const Coord& c) const {
+    return {origin.x() + voxel * c[0], origin.y() + voxel * c[1], origin.z() + voxel * c[2]};
+  }
+  /// Whether a brick has a point that is not forced outside.
+  bool reaches(const Coord& brick) const;
+};
+
+/// Where samples come from.
+class Sampler {
+ public:
+  Sampler() = default;
+  Sampler(const Sampler&) = delete;
+  Sampler& operator=(const Sampler&) = delete;
+  virtual ~Sampler() = default;
+  /// F at the 9³ lattice points of a brick; point (i, j, k) of the brick is number (i*9 + j)*9 + k. Must depend on the
+  /// lattice point alone, so that bricks agree where they meet. Called from many threads.
+  virtual void sample(const Coord& brick, double* values) const = 0;
+};
+
+/// A brick that the surface passes through.
+struct SurfaceBrick {
+  Coord index{};
+  std::uint32_t first_cell = 0;
+  std::uint32_t first_vertex = 0;
+  std::uint16_t cell_count = 0;
+  std::uint16_t vertex_count = 0;
+  std::array<std::uint64_t, 8> mask{};  ///< bit 8j + k of word i: the surface passes through cell (i, j, k)
+  std::array<std::uint16_t, 8> rank{};  ///< cells before word i
+
+  bool has(int i, int j, int k) const { return ((mask[static_cast<std::size_t>(i)] >> (8 * j + k)) & 1) != 0; }
+  /// Number of cell (i, j, k), which must be there, in Shell::cells.
+  std::size_t cell(int i, int j, int k) const {
+    const auto slab = static_cast<std::size_t>(i);
+    const std::uint64_t before = mask[slab] & ((std::uint64_t{1} << (8 * j + k)) - 1);
+    return first_cell + rank[slab] + static_cast<std::size_t>(__builtin_popcountll(before));
+  }
+};
+
+struct SurfaceCell {
+  std::uint16_t kind = 0;          ///< number in CellCases
+  std::uint16_t first_vertex = 0;  ///< counted from the brick's first
+};
+
+/// The cells that the surface passes through and the mesh vertices in them: one per loop of each cell, plus those of split
+/// faces. Everything sorted by brick, then by cell.
+struct Shell {
+  Lattice lattice;
+  std::vector<SurfaceBrick> bricks;
+  std::vector<SurfaceCell> cells;
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;  ///< unit, from the samples; only if asked for
+  std::size_t sampled_bricks = 0;
+  std::size_t nan_samples = 0;  ///< points that several bricks share count for each
+
+  const SurfaceBrick* find(const Coord& brick) const;
+};
+
+struct ShellOptions {
+  /// Moves vertices onto the trilinear interpolant of their cell's samples and computes normals from it: for samples that
+  /// are all there is. Otherwise vertices are means of their loop's edge crossings.
+  bool trilinear = false;
+  std::size_t max_cells = std::numeric_limits<std::size_t>::max();  ///< sampled ones
+};
+
+/// Samples the bricks `candidates` and all that the surface reaches from there, and finds the surface's cells.
+/// Because the surface is followed out of the candidates, a candidate list that misses part of a component costs nothing
+/// but time; one that misses a whole component loses it. Same bits for any number of threads.
+/// Throws ResourceLimit for more than max_cells or 2³¹ vertices.
+Shell build_shell(const Sampler& sampler, const Lattice& lattice, std::vector<Coord> candidates, const ShellOptions& options,
+                  const RunControl& run);
+
+/// The cells of vertices [begin, end).
+std::vector<Coord> cells_of(const Shell& shell, std::size_t begin, std::size_t end);
+
+/// A vertex of a shell, seen from its cell.
+struct VertexPlace {
+  Coord cell{};
+  Vec3 center = Vec3::Zero();  ///< of the cell, or of the split face
+  /// Lattice points of the crossed edges around the vertex, and on which side they are.
+  std::vector<Coord> corners;
+  std::vector<bool> inside;
+};
+/// Looks a vertex up; logarithmic cost, for the few that need care.
+VertexPlace place_of(const Shell& shell, std::size_t vertex);
+
+}  // namespace meniscus::polygonize
