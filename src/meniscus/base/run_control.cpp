@@ -10,7 +10,8 @@
 namespace meniscus {
 
 struct RunControl::State {
-  explicit State(RunOptions o) : options(std::move(o)), arena(options.threads.value_or(tbb::task_arena::automatic)) {}
+  explicit State(RunOptions o)
+      : options(std::move(o)), arena(options.threads ? *options.threads : int{tbb::task_arena::automatic}) {}
 
   RunOptions options;
   tbb::task_arena arena;

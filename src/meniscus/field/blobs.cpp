@@ -16,7 +16,6 @@ namespace {
 
 const SumBlobsTable kSumBlobsSse2 = MENISCUS_SUM_BLOBS_TABLE(packet::Sse2);
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFewBlobs = 24;  // so few are summed without a search
 
 const SlotInfo kPointSlots[] = {{"center.x", Quantity::Coordinate},

@@ -360,14 +360,14 @@ void GridField::do_evaluate(const Positions& x, const JetView& out) const {
 Interval GridField::range(const Box& box) const {
   // A sum of B-splines lies between the least and the largest coefficient that reach the place.
   constexpr double kMostVoxels = 16 * 16 * 16;
-  const int taps = interpolation_ == Interpolation::Cubic ? 4 : 2;
+  const int half = interpolation_ == Interpolation::Cubic ? 2 : 1;  // of the samples that reach a place, along an axis
   const Vec3 lo = (box.min - grid_->origin()) / grid_->voxel(), hi = (box.max - grid_->origin()) / grid_->voxel();
   const auto index = [](double v) { return static_cast<std::int32_t>(std::clamp(v, -kFarthestVoxel, kFarthestVoxel)); };
   CoordBox voxels;
   for (std::size_t a = 0; a < 3; ++a) {
     const auto axis = static_cast<Eigen::Index>(a);
-    voxels.lo[a] = std::isnan(lo[axis]) ? index(-kFarthestVoxel) : index(std::floor(lo[axis]) - (taps / 2 - 1));
-    voxels.hi[a] = std::isnan(hi[axis]) ? index(kFarthestVoxel) : index(std::floor(hi[axis]) + taps / 2);
+    voxels.lo[a] = std::isnan(lo[axis]) ? index(-kFarthestVoxel) : index(std::floor(lo[axis]) - (half - 1));
+    voxels.hi[a] = std::isnan(hi[axis]) ? index(kFarthestVoxel) : index(std::floor(hi[axis]) + half);
   }
   Interval result = shared_->all;
   if (voxels.count() > kMostVoxels) {
