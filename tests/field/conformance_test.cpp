@@ -2,6 +2,7 @@
 
 #include <meniscus/field/blobs.h>
 #include <meniscus/field/combine.h>
+#include <meniscus/field/expression.h>
 #include <meniscus/field/grid_field.h>
 #include <meniscus/field/primitives.h>
 #include <meniscus/field/transform.h>
@@ -110,6 +111,12 @@ const Case kCases[] = {
     {"no blobs", [] { return blobs(BlobKernel::Compact, 0.4, {}); }},
     {"particles", some_particles},
     {"trilinear grid", [] { return sampled_sphere(Interpolation::Trilinear); }},
+    {"expression",
+     [] {
+       return std::make_unique<Expression>(
+           "sin(2*x)*cos(a*y) + sin(2*y)*cos(a*z) + sin(2*z)*cos(a*x) - c + 0.1*sin(t)*x^2*exp(b*y)",
+           std::vector<std::pair<std::string, Number>>{{"a", 2.0}, {"b", Number::named("b", 0.3)}, {"c", sway(0.1, 0.2)}});
+     }},
     {"cubic grid", [] { return sampled_sphere(Interpolation::Cubic); }},
     {"union", [] { return set_union(inputs(ball(-0.5, 0, 0.8), ball(0.6, 0.2, 0.7))); }},
     {"intersection",
