@@ -41,9 +41,24 @@ void check_limit(std::uint64_t bytes, const std::string& path, std::uint64_t lim
     throw ResourceLimit(path + ": more than " + std::to_string(limit) + " bytes, the memory limit for reading");
 }
 
+/// Opened for reading; throws for what is missing or a folder.
+int open_file(const std::string& path) {
+  const int file = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) fail(path, errno);
+  return file;
+}
+
+/// read() that continues after interrupts.
+std::size_t read_some(int file, char* to, std::size_t size, const std::string& path) {
+  for (;;) {
+    const ssize_t got = ::read(file, to, size);
+    if (got >= 0) return static_cast<std::size_t>(got);
+    if (errno != EINTR) fail(path, errno);
+  }
+}
+
 std::string read_all(const std::string& path, std::uint64_t limit) {
-  const Descriptor file(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0) fail(path, errno);
+  const Descriptor file(open_file(path));
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) fail(path, errno);
   if (S_ISDIR(status.st_mode)) fail(path, EISDIR);
@@ -54,11 +69,9 @@ std::string read_all(const std::string& path, std::uint64_t limit) {
   std::string bytes(std::max<std::size_t>(size + 1, 1 << 16), '\0');
   std::size_t filled = 0;
   for (;;) {
-    const ssize_t got = ::read(file.get(), bytes.data() + filled, bytes.size() - filled);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail(path, errno);
+    const std::size_t got = read_some(file.get(), bytes.data() + filled, bytes.size() - filled, path);
     if (got == 0) break;
-    filled += static_cast<std::size_t>(got);
+    filled += got;
     check_limit(filled, path, limit);
     if (filled == bytes.size()) bytes.resize(2 * bytes.size());
   }
@@ -103,6 +116,47 @@ std::string inflate_gzip(std::string_view bytes, const std::string& path, std::u
       if (inflateReset(&stream) != Z_OK) throw IoError(path, "broken gzip data", FilePlace::byte(position));
     }
   }
+}
+
+bool begins_with_gzip(const std::string& path) {
+  const Descriptor file(open_file(path));
+  char head[2] = {};
+  return read_some(file.get(), head, sizeof head, path) == sizeof head && is_gzip({head, sizeof head});
+}
+
+std::uint64_t scan_file(const std::string& path, std::string_view mark, std::vector<std::uint64_t>& positions) {
+  const Descriptor file(open_file(path));
+  std::string piece(4 << 20, '\n');
+  std::uint64_t piece_start = 0;  // position in the file of piece[keep]
+  // The end of the last piece stays in front of the next one, so a mark on the border is seen whole; the file starts as if
+  // after a line end.
+  const std::size_t keep = mark.size() + 1;
+  for (;;) {
+    const std::size_t got = read_some(file.get(), piece.data() + keep, piece.size() - keep, path);
+    if (got == 0) return piece_start;
+    const std::string_view seen(piece.data(), keep + got);
+    for (std::size_t at = seen.find(mark); at != seen.npos; at = seen.find(mark, at + 1)) {
+      if (at + mark.size() <= keep) continue;  // was seen whole the last time
+      const std::uint64_t position = piece_start + at - keep;
+      const bool after_byte_order_mark = position == 3 && seen.substr(at - 3, 3) == "\xEF\xBB\xBF";
+      if (seen[at - 1] == '\n' || seen[at - 1] == '\r' || after_byte_order_mark) positions.push_back(position);
+    }
+    piece_start += got;
+    std::copy_n(piece.begin() + static_cast<std::ptrdiff_t>(got), keep, piece.begin());
+  }
+}
+
+std::string load_part(const std::string& path, std::uint64_t begin, std::uint64_t size, std::uint64_t limit) {
+  check_limit(size, path, limit);
+  const Descriptor file(open_file(path));
+  if (::lseek(file.get(), static_cast<off_t>(begin), SEEK_SET) < 0) fail(path, errno);
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  for (std::size_t filled = 0; filled < bytes.size();) {
+    const std::size_t got = read_some(file.get(), bytes.data() + filled, bytes.size() - filled, path);
+    if (got == 0) throw IoError(path, "the file became shorter while it was read");
+    filled += got;
+  }
+  return bytes;
 }
 
 std::string load_file(const std::string& path, std::uint64_t limit) {

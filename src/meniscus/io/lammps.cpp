@@ -109,6 +109,10 @@ RawGeometry assemble(std::vector<Column> columns, const SimulationBox& box, cons
 
 }  // namespace
 
+bool is_lammps_extension(std::string_view extension) {
+  return extension == "lammpstrj" || extension == "dump" || extension == "lammps";
+}
+
 std::vector<std::size_t> lammps_frames(std::string_view bytes) {
   constexpr std::string_view kStart = "ITEM: TIMESTEP";
   std::vector<std::size_t> starts;

@@ -9,6 +9,9 @@ namespace meniscus::io {
 /// them in any.
 RawGeometry read_lammps(const Source& source, std::size_t frame, ReadReport& report);
 
+/// Extensions of dump files: "lammpstrj", "dump", "lammps".
+bool is_lammps_extension(std::string_view extension);
+
 /// Where the time steps start, in bytes.
 std::vector<std::size_t> lammps_frames(std::string_view bytes);
 
