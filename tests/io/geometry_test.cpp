@@ -1,6 +1,7 @@
 #include "samples.h"
 
 #include <meniscus/base/error.h>
+#include <meniscus/io/usd.h>
 
 #include <gtest/gtest.h>
 
@@ -243,6 +244,26 @@ TEST(Usd, HoldsWhatTheFrameHas) {
        {"def Points \"surface\"", "float[] widths = [0.2, 0.4, 0.6, 0.8]", "int64[] ids = [7, 3, 2147483647, 0]"})
     EXPECT_NE(cloud.find(part), cloud.npos) << part;
   EXPECT_THROW(read_geometry(folder / "c.usda"), IoError);
+}
+
+TEST(Usd, DocumentsAndCollectionsNameTheirFrames) {
+  const TemporaryFolder folder;
+  const std::vector<SequenceFile> frames = {{1, "s.0001.usda"}, {2, "s.0002.usda"}, {3.5, "s&t.usda"}};
+  write_usd_sequence(folder / "s.usda", frames, {});
+  const std::string usd = file_content(folder / "s.usda");
+  for (const char* part : {"defaultPrim = \"sequence\"", "startTimeCode = 1", "endTimeCode = 3.5", "timeCodesPerSecond = 24",
+                           "prepend references = @s.0002.usda@",
+                           "1: \"invisible\",\n            2: \"inherited\",\n            3.5: \"invisible\""})
+    EXPECT_NE(usd.find(part), usd.npos) << part;
+  write_pvd(folder / "s.pvd", frames, {});
+  const std::string pvd = file_content(folder / "s.pvd");
+  for (const char* part : {"<Collection>", "timestep=\"3.5\" part=\"0\" file=\"s&amp;t.usda\""})
+    EXPECT_NE(pvd.find(part), pvd.npos) << part;
+}
+
+TEST(Reading, OtherKindsOfFilesAreNamed) {
+  EXPECT_THROW(read_geometry_bytes("-", "{ \"format\": 1, \"x\": 2 }\n"), IoError);
+  EXPECT_THROW(read_geometry_bytes("a.vdb", std::string(" BDV\0\0\0\0", 8)), IoError);
 }
 
 TEST(Bgeo, AttributesAndPolygons) {

@@ -159,6 +159,8 @@ std::string load_part(const std::string& path, std::uint64_t begin, std::uint64_
   return bytes;
 }
 
+std::string load_plain_file(const std::string& path, std::uint64_t limit) { return read_all(path, limit); }
+
 std::string load_file(const std::string& path, std::uint64_t limit) {
   std::string bytes = read_all(path, limit);
   return is_gzip(bytes) ? inflate_gzip(bytes, path, limit) : bytes;

@@ -11,6 +11,9 @@ namespace meniscus::io {
 /// broken gzip) or ResourceLimit when they are more than `limit`, or when gzip claims to shrink them more than 400-fold.
 std::string load_file(const std::string& path, std::uint64_t limit);
 
+/// The bytes of a file as they are, gzip or not.
+std::string load_plain_file(const std::string& path, std::uint64_t limit);
+
 /// Whether the bytes start like gzip.
 bool is_gzip(std::string_view bytes);
 

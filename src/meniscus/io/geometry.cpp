@@ -53,6 +53,7 @@ bool looks_like_table(std::string_view bytes) {
   bytes.remove_prefix(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size()));
   const std::string_view line = bytes.substr(0, bytes.find_first_of("\r\n"));
   if (bytes.find_first_of("+-.0123456789") == 0) return true;
+  if (bytes.starts_with('{') || bytes.starts_with('[')) return false;  // JSON
   const bool printable =
       std::all_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) >= ' ' || c == '\t'; });
   return printable && line.find_first_of(",;\t ") != line.npos;
@@ -119,6 +120,7 @@ const Format& format_for_reading(const std::string& path, std::string_view bytes
     throw InvalidInput("unknown format '" + *options.format + "'; known: " + known_extensions(false));
   }
   if (const Format* f = find_by_name(format_of_path(path))) return *f;
+  if (bytes.starts_with(" BDV")) throw IoError(path, "a VDB file holds grids, not points or faces");
   for (const Format& f : kFormats)
     if (f.recognise(bytes)) return f;
   throw IoError(path, "of no known format; extensions known: " + known_extensions(false));
