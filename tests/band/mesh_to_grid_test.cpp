@@ -96,7 +96,7 @@ TEST(MeshToGrid, FieldOfASphereMeshIsNearItsDistance) {
   }
   const field::JetBatch jets = evaluate(field, points, field::Order::Hessian);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    EXPECT_NEAR(jets.value(i), 0, 4e-4);  // the mesh lies up to 3e-4 inside the sphere
+    EXPECT_NEAR(jets.value(i), 0, 4e-4);                     // the mesh lies up to 3e-4 inside the sphere
     EXPECT_LT((jets.gradient(i) - points[i]).norm(), 0.02);  // facets turn by 0.025 from one to the next
   }
   EXPECT_EQ(value_at(field, Vec3::Zero()), -grid->background());

@@ -10,8 +10,8 @@ namespace meniscus::field {
 enum class CurveInterpolation {
   Step,    ///< holds a key's value until the next key
   Linear,  ///< straight; the rate jumps at keys
-  /// Smooth rate; never overshoots a key: flat at the ends and at extreme keys, otherwise slopes as in Fritsch & Carlson's monotone cubic
-  /// (what animation packages call "auto clamped").
+  /// Smooth rate; never overshoots a key: flat at the ends and at extreme keys, otherwise slopes as in Fritsch & Carlson's
+  /// monotone cubic (what animation packages call "auto clamped").
   Cubic
 };
 
