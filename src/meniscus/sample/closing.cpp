@@ -1,0 +1,154 @@
+#include <meniscus/sample/closing.h>
+#include <meniscus/sample/evenness.h>
+#include <meniscus/sample/neighbour_grid.h>
+#include <meniscus/sample/point_hash.h>
+#include <meniscus/sample/projection.h>
+#include <meniscus/sample/relax.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace meniscus::sample {
+namespace {
+
+constexpr double kApart = 1.5;  // spacings between two changes of one round
+constexpr RelaxOptions kSettle{.reach = 2, .steps = 5, .momentum = 0.8};
+
+std::vector<CellMeasure> cells_of(const Population& p, const Box& box, const RunControl& run) {
+  return measure_cells(p.points, p.spacing, cell_neighbours(p.points, p.spacing, run), box, run);
+}
+
+/// Indices by falling key; equal keys by index.
+std::vector<std::uint32_t> by_falling(const std::vector<double>& key) {
+  std::vector<std::uint32_t> order(key.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key[a] > key[b] || (key[a] == key[b] && a < b); });
+  return order;
+}
+
+/// Takes places in the given order, at most `count` and none within kApart spacings of another.
+std::vector<std::uint32_t> spread_out(const std::vector<std::uint32_t>& order, const std::vector<Vec3>& places,
+                                      const Population& p, const Box& box, std::size_t count) {
+  std::vector<std::uint32_t> taken;
+  const double widest = kApart * *std::max_element(p.spacing.begin(), p.spacing.end());
+  PointHash hash(box.center(), widest);
+  for (const std::uint32_t i : order) {
+    if (taken.size() == count) break;
+    const double limit = kApart * p.spacing[i];
+    const bool near =
+        hash.any_near(places[i], limit, [&](std::uint32_t k) { return (places[taken[k]] - places[i]).norm() < limit; });
+    if (near) continue;
+    hash.insert(places[i]);
+    taken.push_back(i);
+  }
+  return taken;
+}
+
+/// Inserts up to `count` points in the largest empty circles, those of at least `least` spacings.
+std::size_t insert(const field::Field& surface, const Box& box, std::size_t count, double least, Population& p,
+                   const RunControl& run) {
+  const std::vector<CellMeasure> cells = cells_of(p, box, run);
+  std::vector<double> emptiness(cells.size());
+  std::vector<Vec3> corners(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    emptiness[i] = cells[i].farthest / cells[i].local_spacing;
+    corners[i] = cells[i].corner;
+  }
+  std::vector<std::uint32_t> order = by_falling(emptiness);
+  std::erase_if(order, [&](std::uint32_t i) { return emptiness[i] < least; });
+  const std::vector<std::uint32_t> where = spread_out(order, corners, p, box, count);
+  SurfacePoints added;
+  for (const std::uint32_t i : where) added.push_back(corners[i], p.points.normal(i));
+  const double step = *std::max_element(p.spacing.begin(), p.spacing.end());
+  const std::vector<std::uint8_t> arrived =
+      project(surface, box, {.tolerance = 1e-3 * step, .max_distance = step, .iterations = 8}, added, run);
+  std::size_t inserted = 0;
+  for (std::size_t k = 0; k < where.size(); ++k) {
+    if (!arrived[k] || same_sheet(added.nx[k], added.ny[k], added.nz[k], p.points.nx[where[k]], p.points.ny[where[k]],
+                                  p.points.nz[where[k]]) <= 0)
+      continue;
+    p.points.push_back(added.position(k), added.normal(k));
+    p.spacing.push_back(p.spacing[where[k]]);
+    ++inserted;
+  }
+  return inserted;
+}
+
+std::size_t remove(const Box& box, std::size_t count, Population& p, const RunControl& run) {
+  const std::vector<CellMeasure> cells = cells_of(p, box, run);
+  std::vector<double> crowding(cells.size());
+  std::vector<Vec3> places(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    crowding[i] = -cells[i].area / (p.spacing[i] * p.spacing[i]);
+    places[i] = p.points.position(i);
+  }
+  const std::vector<std::uint32_t> gone = spread_out(by_falling(crowding), places, p, box, count);
+  std::vector<std::uint8_t> removed(cells.size(), 0);
+  for (const std::uint32_t i : gone) removed[i] = 1;
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t i = 0; i < removed.size(); ++i)
+    if (!removed[i]) kept.push_back(i);
+  p.points = p.points.gathered(kept);
+  p.spacing = gathered(p.spacing, kept);
+  return gone.size();
+}
+
+}  // namespace
+
+std::size_t hexagonal_count(const Population& p, const Box& box, const RunControl& run) {
+  const std::vector<CellMeasure> cells = cells_of(p, box, run);
+  double n = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i)  // half of a point on a face lies outside
+    n += cells[i].area / (0.5 * std::sqrt(3.0) * p.spacing[i] * p.spacing[i]) + 1 - cells[i].share;
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(n)));
+}
+
+void fit_spacing(Population& p, const Box& box, const RunControl& run) {
+  if (p.points.empty()) return;
+  const std::vector<CellMeasure> cells = cells_of(p, box, run);
+  double area = 0, tiles = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    area += cells[i].area;
+    tiles += cells[i].share * 0.5 * std::sqrt(3.0) * p.spacing[i] * p.spacing[i];
+  }
+  const double factor = std::sqrt(area / tiles);
+  for (double& s : p.spacing) s *= factor;
+}
+
+bool reach_count(const field::Field& surface, const Box& box, const Density& density, std::size_t count, int rounds,
+                 Population& p, const RunControl& run) {
+  for (int round = 0; round < rounds && p.points.size() != count && !p.points.empty(); ++round) {
+    const std::size_t n = p.points.size();
+    const std::size_t changed = n < count ? insert(surface, box, count - n, 0, p, run) : remove(box, n - count, p, run);
+    if (changed == 0) break;
+    if (!density.uniform())
+      p.spacing = wanted_spacing(surface, density, *std::max_element(p.spacing.begin(), p.spacing.end()), p.points, run);
+    fit_spacing(p, box, run);
+    sort_spatially(p);
+    relax(surface, box, p.points, p.spacing, kSettle, run);
+  }
+  return p.points.size() == count;
+}
+
+std::size_t fill_holes(const field::Field& surface, const Box& box, double largest, std::size_t max_count, Population& p,
+                       const RunControl& run) {
+  if (p.points.empty() || p.points.size() >= max_count) return 0;
+  const std::size_t filled = insert(surface, box, max_count - p.points.size(), largest / std::sqrt(3.0), p, run);
+  if (filled > 0) {
+    fit_spacing(p, box, run);
+    sort_spatially(p);
+  }
+  return filled;
+}
+
+void sort_spatially(Population& p) {
+  if (p.points.empty()) return;
+  const std::vector<std::uint32_t> order =
+      spatial_order(p.points.positions(), *std::min_element(p.spacing.begin(), p.spacing.end()));
+  p.points = p.points.gathered(order);
+  p.spacing = gathered(p.spacing, order);
+}
+
+}  // namespace meniscus::sample
