@@ -46,8 +46,8 @@ double crossing(double a, double b) {
 /// Mean of the crossings on `edges` (bits), in cell coordinates [0, 1]³.
 Vec3 mean_crossing(const Corners& v, unsigned edges) {
   Vec3 sum = Vec3::Zero();
-  const double count = __builtin_popcount(edges);
-  for (; edges != 0; edges &= edges - 1) {
+  int count = 0;
+  for (; edges != 0; edges &= edges - 1, ++count) {
     const int e = __builtin_ctz(edges);
     const int corner = edge_corner(e);
     sum += Vec3(corner >> 2, (corner >> 1) & 1, corner & 1);

@@ -23,7 +23,7 @@ struct CellCase {
   std::array<std::uint8_t, 3> upper_segment_of{};  ///< per axis: bit e: edge e of the upper face ends segment 1, not 0
 
   /// Mesh vertices that the cell owns.
-  int vertices() const { return loops + 2 * __builtin_popcount(split); }
+  int vertices() const { return loops + 2 * ((split & 1) + ((split >> 1) & 1) + ((split >> 2) & 1)); }
 };
 
 /// Every way in which corner signs and decisions on ambiguous faces can combine (some 900), generated once.

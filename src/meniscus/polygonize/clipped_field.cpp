@@ -1,31 +1,38 @@
 #include <meniscus/polygonize/clipped_field.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace meniscus::polygonize {
+
+namespace {
+
+double past(double x, double low, double high) { return std::max(low - x, x - high); }
+
+}  // namespace
 
 void ClippedField::evaluate(const field::Positions& x, const field::JetView& out) const {
   field_.evaluate(x, out);
-  const bool with_gradient = field::has_gradient(out.order);
+  if (field::has_gradient(out.order)) clip_gradients(x, out);
+  const Vec3 low = box_.min;
+  const Vec3 high = box_.max;
   for (std::size_t i = 0; i < x.size; ++i) {
-    double best = box_.min.x() - x.x[i];
-    std::size_t axis = 0;
-    double side = -1;
-    const auto consider = [&](double b, std::size_t a, double s) {
-      if (b > best) {
-        best = b;
-        axis = a;
-        side = s;
-      }
-    };
-    consider(x.x[i] - box_.max.x(), 0, 1);
-    consider(box_.min.y() - x.y[i], 1, -1);
-    consider(x.y[i] - box_.max.y(), 1, 1);
-    consider(box_.min.z() - x.z[i], 2, -1);
-    consider(x.z[i] - box_.max.z(), 2, 1);
-    double& f = out.rows[i];
-    if (!(best > f)) continue;  // NaN stays: whoever asks counts it
-    f = best;
-    if (!with_gradient) continue;
-    for (std::size_t a = 0; a < 3; ++a) out.row(field::kFx + a)[i] = a == axis ? side : 0;
+    const double b =
+        std::max({past(x.x[i], low.x(), high.x()), past(x.y[i], low.y(), high.y()), past(x.z[i], low.z(), high.z())});
+    out.rows[i] = b > out.rows[i] ? b : out.rows[i];  // NaN stays: whoever asks counts it
+  }
+}
+
+/// Where the box decides, the gradient is the normal of its nearest face plane. Comes before the values are clipped.
+void ClippedField::clip_gradients(const field::Positions& x, const field::JetView& out) const {
+  for (std::size_t i = 0; i < x.size; ++i) {
+    const Vec3 p = x[i];
+    if (!(past_box(p) > out.rows[i])) continue;
+    const Vec3 distance = (box_.min - p).cwiseMax(p - box_.max);
+    Eigen::Index axis = 0;
+    distance.maxCoeff(&axis);
+    for (std::size_t a = 0; a < 3; ++a) out.row(field::kFx + a)[i] = 0;
+    out.row(field::kFx + static_cast<std::size_t>(axis))[i] = p[axis] - box_.max[axis] == distance[axis] ? 1 : -1;
   }
 }
 

@@ -18,6 +18,8 @@ class ClippedField {
   const Box& box() const { return box_; }
 
  private:
+  void clip_gradients(const field::Positions& x, const field::JetView& out) const;
+
   const field::Field& field_;
   Box box_;
 };

@@ -10,8 +10,8 @@ namespace meniscus::polygonize {
 namespace {
 
 constexpr std::size_t kBricksPerBlock = 16;
-/// Quality below which a triangle counts as having no area: about its height over twice its longest side.
-constexpr double kDegenerate = 1e-7;
+/// Quality below which a triangle counts as having no area: its height is some 1e-7 of its longest side.
+constexpr double kDegenerate = 1e-14;
 
 /// A polygon around a crossed edge: the vertices of its four cells, and of split faces between them.
 struct Polygon {
@@ -66,7 +66,7 @@ class Neighbourhood {
   unsigned looked_up_ = 0;
 };
 
-/// Twice the area over the sum of squared sides (0.29 for an equilateral triangle), and the normal.
+/// Square of twice the area over the sum of squared sides (1/12 for an equilateral triangle), and the normal.
 struct Quality {
   double value;
   Vec3 normal;
@@ -77,7 +77,7 @@ Quality quality(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 v = c - a;
   const Vec3 n = u.cross(v);
   const double sides = u.squaredNorm() + v.squaredNorm() + (v - u).squaredNorm();
-  return {sides > 0 ? n.norm() / sides : 0, n};
+  return {sides > 0 ? n.squaredNorm() / (sides * sides) : 0, n};
 }
 
 /// The worse of two triangles that share a side, less 1 when they fold over.

@@ -1,6 +1,7 @@
 #include <meniscus/base/error.h>
 #include <meniscus/polygonize/bricks_near.h>
 #include <meniscus/polygonize/clipped_field.h>
+#include <meniscus/polygonize/field_sampler.h>
 #include <meniscus/polygonize/finish.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/polygonize/project.h>
@@ -11,32 +12,6 @@
 
 namespace meniscus::polygonize {
 namespace {
-
-class FieldSampler : public Sampler {
- public:
-  FieldSampler(const ClippedField& field, const Lattice& lattice) : field_(field), lattice_(lattice) {}
-
-  void sample(const Coord& brick, double* values) const override {
-    std::array<double, kBrickSamples> x;
-    std::array<double, kBrickSamples> y;
-    std::array<double, kBrickSamples> z;
-    std::size_t n = 0;
-    for (int i = 0; i < kBrickPoints; ++i)
-      for (int j = 0; j < kBrickPoints; ++j)
-        for (int k = 0; k < kBrickPoints; ++k, ++n) {
-          const Vec3 p =
-              lattice_.point({brick[0] * kBrickCells + i, brick[1] * kBrickCells + j, brick[2] * kBrickCells + k});
-          x[n] = p.x();
-          y[n] = p.y();
-          z[n] = p.z();
-        }
-    field_.evaluate({x.data(), y.data(), z.data(), n}, {values, n, n, field::Order::Value});
-  }
-
- private:
-  const ClippedField& field_;
-  const Lattice& lattice_;
-};
 
 std::string text(double value) {
   std::ostringstream out;
@@ -105,7 +80,7 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
 
   const FieldSampler sampler(clipped, lattice);
   Shell shell = build_shell(sampler, lattice, std::move(near.bricks), {false, options.max_cells}, run);
-  report.evaluations = shell.sampled_bricks * kBrickSamples;
+  report.evaluations = shell.evaluations;
   run.progress(0.6, "refining");
 
   const ProjectReport projected = project(clipped, shell, {options.projection, 1e-9, options.normals}, run);

@@ -16,11 +16,15 @@ class GridSampler : public Sampler {
  public:
   explicit GridSampler(const field::Grid& grid) : grid_(grid) {}
 
-  void sample(const Coord& brick, double* values) const override {
-    for (int dx = 0; dx < 2; ++dx)
-      for (int dy = 0; dy < 2; ++dy)
-        for (int dz = 0; dz < 2; ++dz)
-          copy_part(grid_.view({brick[0] + dx, brick[1] + dy, brick[2] + dz}), {dx, dy, dz}, values);
+  std::size_t sample(std::span<const Coord> bricks, double* values) const override {
+    for (const Coord& brick : bricks) {
+      for (int dx = 0; dx < 2; ++dx)
+        for (int dy = 0; dy < 2; ++dy)
+          for (int dz = 0; dz < 2; ++dz)
+            copy_part(grid_.view({brick[0] + dx, brick[1] + dy, brick[2] + dz}), {dx, dy, dz}, values);
+      values += kBrickSamples;
+    }
+    return 0;
   }
 
  private:
@@ -74,6 +78,8 @@ std::vector<Coord> candidates(const field::Grid& grid) {
       const field::Grid::View view = grid.view(below);
       if (!view.samples && crossed_below(grid.brick(b), view, axis)) list.push_back(below);
     }
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
   return list;
 }
 

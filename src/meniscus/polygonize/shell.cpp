@@ -4,18 +4,19 @@
 #include <meniscus/polygonize/shell.h>
 
 #include <algorithm>
-#include <memory>
+#include <iterator>
 
 namespace meniscus::polygonize {
 namespace {
 
-constexpr std::size_t kBricksPerBlock = 8;
+constexpr std::size_t kBricksPerBlock = 32;
 
 /// What one block of bricks yields.
 struct BlockResult {
   std::vector<SurfaceBrick> bricks;  // first_cell and first_vertex counted within the block
   BrickCells cells;
   std::vector<Coord> reached;  // neighbours into which the surface continues
+  std::size_t evaluations = 0;
   std::size_t nan_samples = 0;
 };
 
@@ -42,16 +43,18 @@ void close_at_rim(const Lattice& lattice, const Coord& brick, double* values) {
 
 void process_block(const Sampler& sampler, const Lattice& lattice, std::span<const Coord> bricks,
                    const ShellOptions& options, BlockResult& result) {
-  std::array<double, kBrickSamples> values;
-  for (const Coord& index : bricks) {
-    sampler.sample(index, values.data());
-    for (const double v : values) result.nan_samples += v != v ? 1 : 0;
-    close_at_rim(lattice, index, values.data());
+  std::vector<double> samples(bricks.size() * kBrickSamples);
+  result.evaluations = sampler.sample(bricks, samples.data());
+  for (const double v : samples) result.nan_samples += v != v ? 1 : 0;
+  for (std::size_t n = 0; n < bricks.size(); ++n) {
+    const Coord& index = bricks[n];
+    double* values = samples.data() + n * kBrickSamples;
+    close_at_rim(lattice, index, values);
     SignRows rows;
-    if (!rows.read(values.data())) continue;
+    if (!rows.read(values)) continue;
     SurfaceBrick brick;
     brick.index = index;
-    append_cells(lattice, rows, values.data(), options.trilinear, brick, result.cells);
+    append_cells(lattice, rows, values, options.trilinear, brick, result.cells);
     result.bricks.push_back(brick);
     append_reached(rows, index, result.reached);
   }
@@ -165,19 +168,22 @@ Shell build_shell(const Sampler& sampler, const Lattice& lattice, std::vector<Co
                   const RunControl& run) {
   Shell shell;
   shell.lattice = lattice;
-  sort_unique(candidates);
   std::vector<Coord> known;
   std::vector<BlockResult> results;
   while (!candidates.empty()) {
     check_cells(known.size() + candidates.size(), options.max_cells);
     std::vector<BlockResult> fresh = process(sampler, lattice, candidates, options, run);
+    std::sort(candidates.begin(), candidates.end());
     const auto middle = known.insert(known.end(), candidates.begin(), candidates.end());
     std::inplace_merge(known.begin(), middle, known.end());
     candidates = unknown_bricks(fresh, known, lattice);
     std::move(fresh.begin(), fresh.end(), std::back_inserter(results));
   }
   shell.sampled_bricks = known.size();
-  for (const BlockResult& r : results) shell.nan_samples += r.nan_samples;
+  for (const BlockResult& r : results) {
+    shell.evaluations += r.evaluations;
+    shell.nan_samples += r.nan_samples;
+  }
   assemble(results, shell, options.trilinear, run);
   return shell;
 }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace meniscus::polygonize {
@@ -41,10 +42,18 @@ class Sampler {
   Sampler(const Sampler&) = delete;
   Sampler& operator=(const Sampler&) = delete;
   virtual ~Sampler() = default;
-  /// F at the 9³ lattice points of a brick; point (i, j, k) of the brick is number (i*9 + j)*9 + k. Must depend on the
-  /// lattice point alone, so that bricks agree where they meet. Called from many threads.
-  virtual void sample(const Coord& brick, double* values) const = 0;
+  /// F at the 9³ lattice points of each brick, brick after brick; point (i, j, k) of a brick is number (i*9 + j)*9 + k. Must
+  /// depend on the lattice point alone, so that bricks agree where they meet. Returns how many points were evaluated.
+  /// Called from many threads.
+  virtual std::size_t sample(std::span<const Coord> bricks, double* values) const = 0;
 };
+
+/// Number of bits set, without the function call that plain x86-64 makes of it.
+inline unsigned bit_count(std::uint64_t w) {
+  w -= (w >> 1) & 0x5555555555555555U;
+  w = (w & 0x3333333333333333U) + ((w >> 2) & 0x3333333333333333U);
+  return static_cast<unsigned>((((w + (w >> 4)) & 0x0F0F0F0F0F0F0F0FU) * 0x0101010101010101U) >> 56);
+}
 
 /// A brick that the surface passes through.
 struct SurfaceBrick {
@@ -61,7 +70,7 @@ struct SurfaceBrick {
   std::size_t cell(int i, int j, int k) const {
     const auto slab = static_cast<std::size_t>(i);
     const std::uint64_t before = mask[slab] & ((std::uint64_t{1} << (8 * j + k)) - 1);
-    return first_cell + rank[slab] + static_cast<std::size_t>(__builtin_popcountll(before));
+    return first_cell + rank[slab] + bit_count(before);
   }
 };
 
@@ -79,6 +88,7 @@ struct Shell {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  ///< unit, from the samples; only if asked for
   std::size_t sampled_bricks = 0;
+  std::size_t evaluations = 0;  ///< as the sampler counts
   std::size_t nan_samples = 0;  ///< points that several bricks share count for each
 
   const SurfaceBrick* find(const Coord& brick) const;
@@ -91,7 +101,8 @@ struct ShellOptions {
   std::size_t max_cells = std::numeric_limits<std::size_t>::max();  ///< sampled ones
 };
 
-/// Samples the bricks `candidates` and all that the surface reaches from there, and finds the surface's cells.
+/// Samples the bricks `candidates` (each once, neighbours best near each other) and all that the surface reaches from there,
+/// and finds the surface's cells.
 /// Because the surface is followed out of the candidates, a candidate list that misses part of a component costs nothing
 /// but time; one that misses a whole component loses it. Same bits for any number of threads.
 /// Throws ResourceLimit for more than max_cells or 2³¹ vertices.
