@@ -51,7 +51,7 @@ struct Tracer::Scene {
   Scene(Scene&&) = delete;
   Scene& operator=(Scene&&) = delete;
 
-  void release() {
+  void release() const {
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);
   }
