@@ -1,6 +1,7 @@
 #include <meniscus/base/error.h>
 #include <meniscus/base/run_control.h>
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -11,10 +12,18 @@ namespace meniscus {
 
 struct RunControl::State {
   explicit State(RunOptions o)
-      : options(std::move(o)), arena(options.threads ? *options.threads : int{tbb::task_arena::automatic}) {}
+      : options(std::move(o)), arena(options.threads ? *options.threads : int{tbb::task_arena::automatic}) {
+    using tbb::global_control;
+    const auto wanted = static_cast<std::size_t>(arena.max_concurrency());
+    if (wanted > global_control::active_value(global_control::max_allowed_parallelism)) {
+      more_threads.emplace(global_control::max_allowed_parallelism, wanted);
+    }
+  }
 
   RunOptions options;
   tbb::task_arena arena;
+  // TBB gives no more threads than there are cores, and prints a warning when asked for more, unless it is told otherwise.
+  std::optional<tbb::global_control> more_threads;
   std::atomic<bool> cancelled{false};
   std::mutex progress_mutex;
   double reported = -1;
