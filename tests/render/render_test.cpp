@@ -152,6 +152,20 @@ TEST(Render, GroundUnderTheSubjectIsInShadowAndFarGroundIsNot) {
   EXPECT_LT(darkest, 0.6);
 }
 
+TEST(Render, GroundHidesWhatIsBelowItAndIsNotSeenFromBelow) {
+  Scene scene;
+  scene.meshes.push_back({.mesh = sphere_mesh(0.4, 24, Vec3(0, -1, 0))});
+  scene.ground.height = 0;
+  RenderOptions options = small();
+  options.transparent = true;
+  Camera camera;
+  camera.target = Vec3(0, -1, 0);
+  camera.position = Vec3(0, 3, 4);
+  EXPECT_LT(total_alpha(render(scene, camera, options)), 1);
+  camera.position = Vec3(0, -5, 4);
+  EXPECT_GT(total_alpha(render(scene, camera, options)), 20);
+}
+
 TEST(Render, TransparentBackgroundHasShadowsButNoBackdrop) {
   Scene scene;
   scene.meshes.push_back({.mesh = sphere_mesh(1, 24)});
