@@ -4,6 +4,7 @@
 #include <meniscus/field/field.h>
 #include <meniscus/field/primitives.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -42,7 +43,7 @@ class FunctionField : public field::Field {
   explicit FunctionField(Function function, bool moving = false) : function_(std::move(function)), moving_(moving) {}
   std::unique_ptr<field::Field> clone() const override { return std::make_unique<FunctionField>(*this); }
   field::Interval range(const Box&) const override { return field::Interval::everything(); }
-  Box bounds() const override { return Box::everywhere(); }
+  Box bounds_below(double) const override { return Box::everywhere(); }
   bool moving() const override { return moving_; }
 
  protected:
@@ -62,6 +63,10 @@ class FunctionField : public field::Field {
       out.row(kFyz)[i] = j.h(1, 2);
       out.row(kFzz)[i] = j.h(2, 2);
     }
+  }
+
+  void do_material_velocity(const field::Positions& x, const field::VelocityView& out) const override {
+    for (double* row : {out.x, out.y, out.z}) std::fill_n(row, x.size, 0.0);
   }
 
  private:
