@@ -149,7 +149,7 @@ float eikonal_body(const float* halo, float voxel, float background, float* out)
       const Float8 w3 = w2 + z.w, s3 = s2 + z.w * c;
       const Float8 u3 = (s3 + sqrt8(max8(s3 * s3 - w3 * (s2 * b + z.w * c * c - one), zero))) / w3;
       Float8 u = u1 > b ? u2 : u1;
-      u = (u1 > b) & (u2 > c) ? u3 : u;
+      u = ((u1 > b) & (u2 > c)) ? u3 : u;
       const Float8 distance = min8((x.a + u) * set8(voxel), set8(background));
       const Float8 solved = o < zero ? -distance : distance;
       const Float8 r = beside_surface(p) ? o : solved;

@@ -36,8 +36,8 @@ void close_at_rim(const Lattice& lattice, const Coord& brick, double* values) {
   for (int i = 0; i < kBrickPoints; ++i)
     for (int j = 0; j < kBrickPoints; ++j)
       for (int k = 0; k < kBrickPoints; ++k) {
-        double& v = values[(i * kBrickPoints + j) * kBrickPoints + k];
-        if (v < 0 && !(within(0, i) && within(1, j) && within(2, k))) v = 0;
+        double* v = values + (i * kBrickPoints + j) * kBrickPoints + k;
+        if (*v < 0 && !(within(0, i) && within(1, j) && within(2, k))) *v = 0;
       }
 }
 
