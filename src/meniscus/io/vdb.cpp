@@ -1,3 +1,4 @@
+#include <meniscus/band/vdb_grid.h>
 #include <meniscus/base/error.h>
 #include <meniscus/io/atomic_file.h>
 #include <meniscus/io/file_bytes.h>
@@ -5,17 +6,12 @@
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/SignedFloodFill.h>
 
 #include <cctype>
-#include <cmath>
 #include <sstream>
 
 namespace meniscus::io {
 namespace {
-
-using Leaf = openvdb::FloatTree::LeafNodeType;
-static_assert(Leaf::DIM == field::Grid::kBrick && Leaf::SIZE == field::Grid::kBrickVoxels);
 
 void initialize() {
   static const bool done = [] {
@@ -58,53 +54,18 @@ openvdb::FloatGrid::Ptr float_grid(const openvdb::GridPtrVec& grids, const std::
 }
 
 field::Grid to_grid(const openvdb::FloatGrid& from, const std::string& path) {
-  if (from.getGridClass() == openvdb::GRID_FOG_VOLUME)
-    throw IoError(path, "grid '" + from.getName() + "' is a fog volume, not a level set");
-  const openvdb::Vec3d size = from.voxelSize();
-  const bool uniform = std::abs(size.x() - size.y()) <= 1e-9 * size.x() && std::abs(size.x() - size.z()) <= 1e-9 * size.x();
-  const openvdb::Vec3d step = from.indexToWorld(openvdb::Vec3d(1, 1, 1)) - from.indexToWorld(openvdb::Vec3d(0, 0, 0));
-  const bool aligned = (step - openvdb::Vec3d(size.x())).length() <= 1e-9 * size.x();
-  if (!from.transform().isLinear() || !uniform || !aligned)
-    throw IoError(path, "grid '" + from.getName() + "' has a rotated, stretched or perspective transform");
-  std::vector<field::Coord> bricks;
-  std::vector<float> values;
-  bricks.reserve(from.tree().leafCount());
-  values.reserve(from.tree().leafCount() * field::Grid::kBrickVoxels);
-  for (auto leaf = from.tree().cbeginLeaf(); leaf; ++leaf) {
-    const openvdb::Coord o = leaf->origin();
-    bricks.push_back({o.x() >> 3, o.y() >> 3, o.z() >> 3});
-    const float* data = leaf->buffer().data();
-    values.insert(values.end(), data, data + field::Grid::kBrickVoxels);
-  }
-  const openvdb::Vec3d origin = from.indexToWorld(openvdb::Vec3d(0, 0, 0));
+  const std::string subject = "grid '" + from.getName() + "'";
+  if (from.getGridClass() == openvdb::GRID_FOG_VOLUME) throw IoError(path, subject + " is a fog volume, not a level set");
   try {
-    return field::Grid(size.x(), Vec3(origin.x(), origin.y(), origin.z()), from.background(), std::move(bricks),
-                       std::move(values));
+    return band::from_vdb(from);
   } catch (const InvalidInput& e) {
-    throw IoError(path, e.what());
+    throw IoError(path, subject + ": " + e.what());
   }
 }
 
 openvdb::FloatGrid::Ptr from_grid(const field::Grid& grid, const WriteOptions& options) {
-  auto out = openvdb::FloatGrid::create(static_cast<float>(grid.background()));
-  for (std::size_t b = 0; b < grid.bricks().size(); ++b) {
-    const auto [i, j, k] = grid.bricks()[b];
-    auto* leaf = new Leaf(openvdb::Coord(i * 8, j * 8, k * 8), out->background(), false);
-    const auto values = grid.brick(b);
-    for (openvdb::Index v = 0; v < Leaf::SIZE; ++v) {
-      if (std::abs(values[v]) < out->background())
-        leaf->setValueOn(v, values[v]);
-      else
-        leaf->setValueOff(v, values[v]);
-    }
-    out->tree().addLeaf(leaf);  // takes it over
-  }
-  openvdb::tools::signedFloodFill(out->tree());
+  openvdb::FloatGrid::Ptr out = band::to_vdb(grid);
   out->setName("surface");
-  out->setGridClass(openvdb::GRID_LEVEL_SET);
-  auto transform = openvdb::math::Transform::createLinearTransform(grid.voxel());
-  transform->postTranslate(openvdb::Vec3d(grid.origin().x(), grid.origin().y(), grid.origin().z()));
-  out->setTransform(transform);
   std::string comment;
   for (const std::string& line : options.comments) comment += (comment.empty() ? "" : "\n") + line;
   if (!comment.empty()) out->insertMeta("comment", openvdb::StringMetadata(comment));
