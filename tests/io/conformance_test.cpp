@@ -186,6 +186,13 @@ TEST(DeclaredCounts, AreCheckedBeforeAllocating) {
   std::string blocks = compressed_vtu();
   blocks.replace(blocks.rfind("_\1") + 1, 4, "\xff\xff\xff\x7f");
   EXPECT_THROW(read_geometry_bytes("a.vtu", blocks), Error);
+  // Arrays may share appended bytes: together they must stay within the limit, too.
+  std::string shared = written("a.vtp", false, {});
+  const std::size_t array = shared.find("<DataArray"), end = shared.find("/>", array) + 2;
+  for (int i = 0; i < 900; ++i) shared.insert(end, shared.substr(array, end - array));
+  ReadOptions small;
+  small.memory_limit = 4000;
+  EXPECT_THROW(read_geometry_bytes("a.vtp", shared, small), ResourceLimit);
   // An element without properties takes no bytes: any count of it must take no time either.
   const std::string nothing = "ply\nformat ascii 1.0\nelement nothing " + huge + "\nelement vertex 1" + ply_rest;
   EXPECT_EQ(read_geometry_bytes("a.ply", nothing).cloud.size(), 1u);

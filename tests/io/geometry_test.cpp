@@ -150,12 +150,19 @@ TEST(Writing, RefusesWhatNoFileShouldHold) {
   EXPECT_THROW(write_mesh(folder / "a.ply", m), InvalidInput);
   m.positions[2].y() = 1e300;  // finite, but not as a float
   EXPECT_THROW(write_mesh(folder / "a.ply", m), InvalidInput);
+  WriteOptions doubles;
+  doubles.precision = Precision::Float64;
+  EXPECT_THROW(write_mesh(folder / "a.stl", m, doubles), InvalidInput);
+  EXPECT_THROW(write_mesh(folder / "a.usda", m, doubles), InvalidInput);
   m = sample_mesh();
   m.triangles[0][1] = 4;
   EXPECT_THROW(write_mesh(folder / "a.ply", m), InvalidInput);
   m = sample_mesh();
   m.attributes.set("short", 1, {1, 2});
   EXPECT_THROW(write_mesh(folder / "a.ply", m), InvalidInput);
+  points::Cloud wide = sample_cloud();
+  wide.attributes.set(attribute::kRadius, 1, {1, 1, 1, 3e38});  // fits a float; USD's width, its double, does not
+  EXPECT_THROW(write_cloud(folder / "a.usda", wide), InvalidInput);
   EXPECT_THROW(write_mesh(folder / "a.docx", sample_mesh()), InvalidInput);
   EXPECT_EQ(folder.entries(), 0u);
 }

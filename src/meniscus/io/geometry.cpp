@@ -28,6 +28,7 @@ struct Format {
   bool (*recognise)(std::string_view bytes);
   RawGeometry (*read)(const Source& source, const ReadOptions& options, ReadReport& report);   ///< null: cannot be read
   void (*write)(AtomicFile& file, const GeometryView& geometry, const WriteOptions& options);  ///< null: cannot be written
+  bool single_precision = false;                                                               ///< holds no doubles
 };
 
 bool starts_with_line(std::string_view bytes, std::string_view word) {
@@ -84,8 +85,8 @@ constexpr std::array kFormats = {
     Format{"off", "off", [](std::string_view b) { return b.substr(0, 5).find("OFF") != b.npos; },
            [](const Source& s, const ReadOptions&, ReadReport& r) { return read_off(s, r); }, nullptr},
     Format{"stl", "stl", looks_like_stl, [](const Source& s, const ReadOptions&, ReadReport& r) { return read_stl(s, r); },
-           write_stl},
-    Format{"usda", "usda", [](std::string_view b) { return b.starts_with("#usda"); }, nullptr, write_usda},
+           write_stl, true},
+    Format{"usda", "usda", [](std::string_view b) { return b.starts_with("#usda"); }, nullptr, write_usda, true},
     Format{"csv", "csv", looks_like_table,
            [](const Source& s, const ReadOptions&, ReadReport& r) { return read_table(s, r); }, write_csv},
     Format{"xyz", "xyz txt", looks_like_table,
@@ -142,8 +143,9 @@ Geometry read_inflated(const std::string& path, std::string_view bytes, const Re
   return finish(format.read({path, bytes}, options, r), path, r);
 }
 
-void write(const std::string& path, const GeometryView& geometry, const WriteOptions& options) {
+void write(const std::string& path, GeometryView geometry, const WriteOptions& options) {
   const Format& format = format_for_writing(path);
+  if (format.single_precision) geometry.precision = Precision::Float32;
   check_writable(geometry);
   AtomicFile file(path, options);
   format.write(file, geometry, options);

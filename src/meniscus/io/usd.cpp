@@ -1,4 +1,5 @@
 #include <meniscus/base/box.h>
+#include <meniscus/base/error.h>
 #include <meniscus/io/atomic_file.h>
 #include <meniscus/io/attribute_names.h>
 #include <meniscus/io/usd.h>
@@ -49,7 +50,9 @@ void write_reals(AtomicFile& file, const std::string& declaration, std::span<con
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i > 0) file.write(", ");
     if (width > 1 && i % width == 0) file.put('(');
-    file.number(static_cast<float>(values[i] * scale));
+    const float value = static_cast<float>(values[i] * scale);
+    if (!std::isfinite(value)) throw InvalidInput("a number is too large for USD's single precision: " + declaration);
+    file.number(value);
     if (width > 1 && i % width == width - 1) file.put(')');
   }
   file.put(']');

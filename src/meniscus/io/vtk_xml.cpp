@@ -1,3 +1,4 @@
+#include <meniscus/base/error.h>
 #include <meniscus/io/atomic_file.h>
 #include <meniscus/io/text_scanner.h>
 #include <meniscus/io/vtk_cells.h>
@@ -33,6 +34,8 @@ class Reader {
       : in_(source.bytes, source.path), report_(report) {
     encoding_.path = source.path;
     encoding_.memory_limit = memory_limit;
+    // Numbers take up to eight times the room they have in the file.
+    budget_ = memory_limit > (1ull << 60) ? memory_limit : 8 * memory_limit;
   }
 
   RawGeometry read() {
@@ -120,14 +123,23 @@ class Reader {
     return out;
   }
 
+  /// Decodes an array at the expense of the memory limit: many arrays may claim the same appended bytes.
+  NumberArray take(const VtkXmlArray& array) {
+    NumberArray out = decode(array, encoding_);
+    const std::uint64_t bytes = sizeof(double) * out.size();
+    if (bytes > budget_) throw ResourceLimit(encoding_.path + ": its arrays are larger than the memory limit for reading");
+    budget_ -= bytes;
+    return out;
+  }
+
   void read_points() {
     const auto arrays = arrays_of(Section::Points);
     if (arrays.empty() && points_ > 0) in_.fail("the piece has no <Points>");
-    if (!arrays.empty()) out_.mesh.positions = as_positions(decode(*arrays.front(), encoding_));
+    if (!arrays.empty()) out_.mesh.positions = as_positions(take(*arrays.front()));
     if (out_.mesh.positions.size() != points_)
       in_.fail("declares " + std::to_string(points_) + " points, but holds " + std::to_string(out_.mesh.positions.size()));
     for (const VtkXmlArray* a : arrays_of(Section::PointData)) {
-      NumberArray values = decode(*a, encoding_);
+      NumberArray values = take(*a);
       if (values.size() != points_ * a->components)
         in_.fail("array '" + safe_name(a->name) + "' has " + std::to_string(values.size()) + " numbers for " +
                  std::to_string(points_) + " points of " + std::to_string(a->components));
@@ -135,9 +147,9 @@ class Reader {
     }
   }
 
-  NumberArray decode_named(Section section, std::string_view name) const {
+  NumberArray decode_named(Section section, std::string_view name) {
     for (const VtkXmlArray* a : arrays_of(section))
-      if (a->name == name) return decode(*a, encoding_);
+      if (a->name == name) return take(*a);
     return {.type = NumberType::Int64, .reals = {}, .integers = {}};
   }
 
@@ -171,6 +183,7 @@ class Reader {
   RawGeometry out_;
   std::vector<std::pair<Section, VtkXmlArray>> arrays_;
   std::uint64_t points_ = 0;
+  std::uint64_t budget_ = 0;
   bool pieces_ = false;
 };
 
