@@ -243,6 +243,29 @@ TEST(Polygonize, AStrayParticleFarAwayCostsNothingNoticeable) {
   EXPECT_LT(far.report.boxes_tested, near.report.boxes_tested + 2'000);
 }
 
+// Blobs of any size and overlap, cut by a box that may pass through them: always a good mesh, on the surface.
+TEST(Polygonize, RandomScenesGiveGoodMeshes) {
+  std::size_t moved = 0;
+  std::size_t vertices = 0;
+  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+    std::vector<Vec3> centers;
+    std::vector<double> radii;
+    for (std::uint64_t i = 0; i < 1 + seed % 20; ++i) {
+      const auto r = random_uniform(seed, i, 0);
+      centers.emplace_back(r[0], r[1], r[2]);
+      radii.push_back(0.02 + 0.3 * r[3] * r[3]);
+    }
+    const auto field = field::particles(centers, radii);
+    std::optional<Box> box;
+    if (seed % 3 == 0) box = Box{Vec3(0.1, 0.2, 0.3), Vec3(0.8, 0.7, 0.9)};
+    const PolygonizeResult r = meshed(*field, 0.03 + 0.0001 * static_cast<double>(seed), box);
+    moved += r.report.vertices_moved;
+    vertices += r.mesh.positions.size();
+    EXPECT_LE(r.report.worst_residual, 1.01e-9);
+  }
+  EXPECT_LE(moved, vertices / 10'000) << moved << " of " << vertices;
+}
+
 TEST(Polygonize, RefusesWhatHasNoMeaning) {
   const auto sphere = field::sphere(at(0, 0, 0), 1.0);
   EXPECT_THROW(polygonize(*sphere, {}), InvalidInput);

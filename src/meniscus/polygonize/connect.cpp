@@ -24,7 +24,7 @@ struct Polygon {
 
 struct BlockResult {
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> degenerate;
+  std::vector<std::size_t> degenerate;
 };
 
 /// A cell found from a brick, perhaps in a neighbour of it.

@@ -10,8 +10,8 @@
 namespace meniscus::polygonize {
 
 struct Connection {
-  std::vector<Triangle> triangles;        ///< by brick, cell and axis; outward
-  std::vector<std::uint32_t> degenerate;  ///< vertices of triangles with (next to) no area, rising, each once
+  std::vector<Triangle> triangles;      ///< by brick, cell and axis; outward
+  std::vector<std::size_t> degenerate;  ///< vertices of triangles with (next to) no area, rising, each once
 };
 
 /// Joins the vertices around every crossed lattice edge to a polygon and cuts it into triangles: four-sided ones along the

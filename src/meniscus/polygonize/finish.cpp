@@ -8,12 +8,16 @@
 namespace meniscus::polygonize {
 namespace {
 
-/// Moves the vertices of degenerate triangles towards the middle of their cells until all triangles have area. Vertices of
-/// different cells can meet only on the cells' common boundary, so any move inwards parts them.
-Connection connect_with_area(Shell& shell, std::size_t max_triangles, PolygonizeReport& report, const RunControl& run) {
+/// Vertices of different cells can meet only on or outside the cells' common boundary: brought back into their cells they
+/// part, and if on the boundary, any move towards the middle parts them.
+Connection connect_with_area(Shell& shell, std::size_t max_triangles, Settle settle, PolygonizeReport& report,
+                             const RunControl& run) {
   Connection connection = connect(shell, max_triangles, run);
+  if (connection.degenerate.empty()) return connection;
+  settle(shell, connection.degenerate);
+  connection = connect(shell, max_triangles, run);
   for (double fraction = 1e-4; !connection.degenerate.empty() && fraction < 1; fraction *= 8) {
-    for (const std::uint32_t v : connection.degenerate) {
+    for (const std::size_t v : connection.degenerate) {
       Vec3& p = shell.positions[v];
       p += fraction * (place_of(shell, v).center - p);
     }
@@ -41,7 +45,7 @@ void fill_missing(std::vector<Vec3>& normals, const mesh::Mesh& mesh) {
 
 }  // namespace
 
-mesh::Mesh finish(Shell shell, std::size_t max_triangles, bool count_components, PolygonizeReport& report,
+mesh::Mesh finish(Shell shell, const FinishOptions& options, Settle settle, PolygonizeReport& report,
                   const RunControl& run) {
   report.nan_samples = shell.nan_samples;
   report.surface_cells = shell.cells.size();
@@ -51,13 +55,13 @@ mesh::Mesh finish(Shell shell, std::size_t max_triangles, bool count_components,
                               " lattice points; they count as outside");
 
   mesh::Mesh mesh;
-  mesh.triangles = connect_with_area(shell, max_triangles, report, run).triangles;
+  mesh.triangles = connect_with_area(shell, options.max_triangles, settle, report, run).triangles;
   mesh.positions = std::move(shell.positions);
   if (!shell.normals.empty()) {
     fill_missing(shell.normals, mesh);
     mesh.attributes.set(attribute::kNormal, 3, flattened(shell.normals));
   }
-  if (count_components) report.components = mesh::components(mesh).count;
+  if (options.count_components) report.components = mesh::components(mesh).count;
   return mesh;
 }
 

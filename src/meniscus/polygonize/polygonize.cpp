@@ -83,14 +83,17 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
   report.evaluations = shell.evaluations;
   run.progress(0.6, "refining");
 
-  const ProjectReport projected = project(clipped, shell, {options.projection, 1e-9, options.normals}, run);
+  ProjectReport projected = project(clipped, shell, {options.projection, 1e-9, options.normals}, run);
+  run.progress(0.9, "connecting");
+
+  const auto settle = [&](Shell& s, std::span<const std::size_t> vertices) {
+    if (options.projection > 0) settle_in_cells(clipped, s, vertices, projected);
+  };
+  result.mesh = finish(std::move(shell), {options.max_triangles, options.count_components}, settle, report, run);
   report.evaluations += projected.evaluations;
   report.vertices_bisected = projected.bisected;
   report.vertices_at_box = projected.at_box;
   report.worst_residual = projected.worst_residual;
-  run.progress(0.9, "connecting");
-
-  result.mesh = finish(std::move(shell), options.max_triangles, options.count_components, report, run);
   warn(report, options);
   run.progress(1);
   return result;

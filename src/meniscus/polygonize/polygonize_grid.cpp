@@ -92,7 +92,9 @@ PolygonizeResult polygonize_grid(const field::Grid& grid, const PolygonizeGridOp
   Shell shell = build_shell(sampler, lattice_over(grid), candidates(grid), {.trilinear = true, .max_cells = kNoLimit}, run);
   run.progress(0.6, "connecting");
   if (!options.normals) shell.normals.clear();
-  result.mesh = finish(std::move(shell), options.max_triangles, options.count_components, result.report, run);
+  result.mesh = finish(
+      std::move(shell), {options.max_triangles, options.count_components}, [](Shell&, std::span<const std::size_t>) {},
+      result.report, run);
   run.progress(1);
   return result;
 }

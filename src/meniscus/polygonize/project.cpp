@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace meniscus::polygonize {
 namespace {
@@ -16,6 +17,52 @@ constexpr std::size_t kVerticesPerBlock = field::kBlock;
 /// is usually after another sheet; but a smooth surface may well have its middle a little outside.
 constexpr double kMargin = 0.1;
 constexpr int kBisections = 40;  // a cell's diagonal falls below 2e-12 voxels
+
+/// Two points with the surface between them.
+struct Bracket {
+  Vec3 inside;
+  Vec3 outside;
+  Vec3 middle() const { return 0.5 * (inside + outside); }
+};
+
+/// From `start`, which is inside or not, to the nearest corner of the vertex's loop on the other side.
+Bracket bracket(const Shell& shell, std::size_t vertex, const Vec3& start, bool starts_inside) {
+  const VertexPlace place = place_of(shell, vertex);
+  Vec3 best = place.center;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < place.corners.size(); ++c) {
+    const Vec3 corner = shell.lattice.point(place.corners[c]);
+    const double distance = (corner - start).squaredNorm();
+    if (place.inside[c] == starts_inside || distance >= nearest) continue;
+    best = corner;
+    nearest = distance;
+  }
+  return starts_inside ? Bracket{start, best} : Bracket{best, start};
+}
+
+/// Finds where F changes sign on the way from each start to a corner of its cell. Returns the number of evaluations.
+std::size_t bisect(const ClippedField& field, const Shell& shell, std::span<const std::size_t> vertices,
+                   std::vector<Vec3>& points) {
+  const std::size_t count = vertices.size();
+  PositionBatch at(points);
+  JetBatch jets(count, Order::Value);
+  field.evaluate(at.view(), jets.view());
+  std::vector<Bracket> brackets;
+  brackets.reserve(count);
+  for (std::size_t n = 0; n < count; ++n) brackets.push_back(bracket(shell, vertices[n], points[n], jets.value(n) < 0));
+  for (int b = 0; b < kBisections; ++b) {
+    for (std::size_t n = 0; n < count; ++n) at.set(n, brackets[n].middle());
+    field.evaluate(at.view(), jets.view());
+    for (std::size_t n = 0; n < count; ++n) (jets.value(n) < 0 ? brackets[n].inside : brackets[n].outside) = at.view()[n];
+  }
+  for (std::size_t n = 0; n < count; ++n) points[n] = brackets[n].middle();
+  return count * (1 + static_cast<std::size_t>(kBisections));
+}
+
+Vec3 unit_or_zero(const Vec3& g) {
+  const double length = g.norm();
+  return length > 0 && std::isfinite(length) ? Vec3(g / length) : Vec3(Vec3::Zero());
+}
 
 /// The vertices of one block on their way to the surface.
 class BlockProjector {
@@ -37,7 +84,7 @@ class BlockProjector {
                     shell_.positions.begin() + static_cast<std::ptrdiff_t>(begin_ + size_));
       cells_ = cells_of(shell_, begin_, begin_ + size_);
       const std::vector<std::size_t> failed = newton();
-      if (!failed.empty()) bisect(failed);
+      if (!failed.empty()) bisect_from_start(failed);
     } else if (options_.normals) {
       evaluate_here(all_);
     }
@@ -126,42 +173,18 @@ class BlockProjector {
     return failed;
   }
 
-  /// Bisects between a vertex's start and the nearest lattice point around it on the other side.
-  void bisect(const std::vector<std::size_t>& which) {
+  void bisect_from_start(const std::vector<std::size_t>& which) {
+    std::vector<std::size_t> vertices;
+    std::vector<Vec3> points;
+    for (const std::size_t i : which) {
+      vertices.push_back(begin_ + i);
+      points.push_back(start_[i]);
+    }
+    report_.evaluations += bisect(field_, shell_, vertices, points);
     report_.bisected += which.size();
-    std::vector<Vec3> inside(which.size());
-    std::vector<Vec3> outside(which.size());
-    PositionBatch at(which.size());
-    for (std::size_t n = 0; n < which.size(); ++n) at.set(n, start_[which[n]]);
-    JetBatch jets = evaluate(at, Order::Value);
-    for (std::size_t n = 0; n < which.size(); ++n) {
-      const bool starts_inside = jets.value(n) < 0;
-      const Vec3& start = start_[which[n]];
-      (starts_inside ? inside : outside)[n] = start;
-      (starts_inside ? outside : inside)[n] = nearest_corner(which[n], !starts_inside);
-    }
-    for (int b = 0; b < kBisections; ++b) {
-      for (std::size_t n = 0; n < which.size(); ++n) at.set(n, 0.5 * (inside[n] + outside[n]));
-      jets = evaluate(at, Order::Value);
-      for (std::size_t n = 0; n < which.size(); ++n) (jets.value(n) < 0 ? inside : outside)[n] = at.view()[n];
-    }
-    for (std::size_t n = 0; n < which.size(); ++n) position(which[n]) = 0.5 * (inside[n] + outside[n]);
+    for (std::size_t n = 0; n < which.size(); ++n) position(which[n]) = points[n];
     evaluate_here(which);
     bisected_ = which;
-  }
-
-  Vec3 nearest_corner(std::size_t i, bool inside) const {
-    const VertexPlace place = place_of(shell_, begin_ + i);
-    Vec3 best = place.center;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t c = 0; c < place.corners.size(); ++c) {
-      const Vec3 corner = shell_.lattice.point(place.corners[c]);
-      const double distance = (corner - start_[i]).squaredNorm();
-      if (place.inside[c] != inside || distance >= nearest) continue;
-      best = corner;
-      nearest = distance;
-    }
-    return best;
   }
 
   void finish() {
@@ -169,12 +192,11 @@ class BlockProjector {
     std::size_t next = 0;
     for (std::size_t i = 0; i < size_; ++i) {
       const double slope = gradient_[i].norm();
-      const bool usable = slope > 0 && std::isfinite(slope);
-      if (options_.normals) shell_.normals[begin_ + i] = usable ? Vec3(gradient_[i] / slope) : Vec3(Vec3::Zero());
+      if (options_.normals) shell_.normals[begin_ + i] = unit_or_zero(gradient_[i]);
       if (field_.past_box(position(i)) >= -tolerance(i)) ++report_.at_box;
       if (next < bisected_.size() && bisected_[next] == i) {
         ++next;
-      } else if (usable) {
+      } else if (slope > 0 && std::isfinite(slope)) {
         report_.worst_residual = std::max(report_.worst_residual, std::abs(value_[i]) / slope / shell_.lattice.voxel);
       }
     }
@@ -208,6 +230,19 @@ ProjectReport project(const ClippedField& field, Shell& shell, const ProjectOpti
         a.worst_residual = std::max(a.worst_residual, b.worst_residual);
         return a;
       });
+}
+
+void settle_in_cells(const ClippedField& field, Shell& shell, std::span<const std::size_t> vertices, ProjectReport& report) {
+  std::vector<Vec3> points;
+  for (const std::size_t v : vertices) points.push_back(place_of(shell, v).center);
+  report.evaluations += bisect(field, shell, vertices, points);
+  report.bisected += vertices.size();
+  for (std::size_t n = 0; n < vertices.size(); ++n) shell.positions[vertices[n]] = points[n];
+  if (shell.normals.empty()) return;
+  JetBatch jets(points.size(), Order::Gradient);
+  field.evaluate(PositionBatch(points).view(), jets.view());
+  report.evaluations += points.size();
+  for (std::size_t n = 0; n < vertices.size(); ++n) shell.normals[vertices[n]] = unit_or_zero(jets.gradient(n));
 }
 
 }  // namespace meniscus::polygonize

@@ -4,7 +4,7 @@
 #include <meniscus/polygonize/clipped_field.h>
 #include <meniscus/polygonize/shell.h>
 
-#include <vector>
+#include <span>
 
 namespace meniscus::polygonize {
 
@@ -25,5 +25,9 @@ struct ProjectReport {
 /// Newton's method along the gradient, a step only if |F| falls and stays about the vertex's cell; failing that, bisection
 /// towards the nearest corner of the vertex's cell that lies on the other side, which cannot fail.
 ProjectReport project(const ClippedField& field, Shell& shell, const ProjectOptions& options, const RunControl& run);
+
+/// Bisects these vertices between the middle of their cell and a corner on the other side: on F = 0 and in their own cell,
+/// where no vertex of another cell is but by chance. Keeps normals up to date.
+void settle_in_cells(const ClippedField& field, Shell& shell, std::span<const std::size_t> vertices, ProjectReport& report);
 
 }  // namespace meniscus::polygonize
