@@ -31,11 +31,11 @@ void SurfaceCell::build(const SurfacePoints& points, std::size_t i, std::span<co
     const Vec3 d = points.position(j) - center_;
     const double chord = d.norm();
     nearest_ = std::min(nearest_, chord);
-    const double u = d.dot(axis_u_), v = d.dot(axis_v_), flat = std::hypot(u, v);
-    if (!(flat > 0) || chord > 2.9 * limit) continue;
-    const double half_turn = std::min(0.8, 0.5 * (points.normal(j) - n).norm());
-    const double arc = chord * (1 + half_turn * half_turn / 6);
-    candidates_.push_back({arc, u * arc / flat, v * arc / flat, j});
+    if (!(chord > 0) || chord > 2.9 * limit) continue;
+    // The geodesic's start direction times its length, to third order: d less its fall times the turn of the normal.
+    const Vec3 unrolled = d - d.dot(n) / 3 * (points.normal(j) - n);
+    const double u = unrolled.dot(axis_u_), v = unrolled.dot(axis_v_), arc = std::hypot(u, v);
+    if (arc > 0) candidates_.push_back({arc, u, v, j});
   }
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
