@@ -64,25 +64,47 @@ void for_each_sample(const field::Grid& grid, const Visit& visit) {
     }
 }
 
-TEST(MeshToGrid, DistancesNearACubeAreExactAtAnyScaleAndPlace) {
+TEST(MeshToGrid, DistancesToACubeAreExactAtAnyScaleAndPlace) {
   for (const double scale : {0.01, 1.0, 1000.0}) {
     const Vec3 center = scale * Vec3(100.3, -20.1, 7.77);
     const double voxel = 0.05 * scale, r = 0.51 * scale;
     const field::Grid grid = mesh_to_grid(cube(r, center), {.voxel = voxel, .half_width = 4});
     EXPECT_NEAR(grid.background(), 4 * voxel, 1e-6 * voxel);
-    double near = 0, far = 0;  // worst errors
+    double worst = 0;
     std::size_t in_band = 0;
     for_each_sample(grid, [&](const Vec3& x, double v) {
       const double exact = cube_distance(x - center, r);
-      const double error = std::abs(v - std::clamp(exact, -grid.background(), grid.background()));
-      double& worst = std::abs(exact) < 1.2 * voxel ? near : far;
-      worst = std::max(worst, error);
+      worst = std::max(worst, std::abs(v - std::clamp(exact, -grid.background(), grid.background())));
       if (std::abs(exact) < grid.background()) ++in_band;
     });
-    EXPECT_LT(near, 1e-4 * voxel);
-    EXPECT_LT(far, 0.7 * voxel);
+    EXPECT_LT(worst, 1e-6 * voxel);
     EXPECT_GT(in_band, 10'000u);
   }
+}
+
+TEST(MeshToGrid, EverySampleOfTheBandIsThere) {
+  const double r = 0.51;
+  const field::Grid grid = mesh_to_grid(cube(r, Vec3::Zero()), {.voxel = 0.05, .half_width = 4});
+  for (std::int32_t i = -20; i <= 20; ++i)
+    for (std::int32_t j = -20; j <= 20; ++j)
+      for (std::int32_t k = -20; k <= 20; ++k) {
+        const Vec3 x = grid.origin() + grid.voxel() * Vec3(i, j, k);
+        EXPECT_NEAR(grid.value({i, j, k}), std::clamp(cube_distance(x, r), -0.2, 0.2), 1e-7);
+      }
+}
+
+TEST(MeshToGrid, SamplesNextToTheSurfaceAreOnTheRightSide) {
+  const double voxel = 0.04;
+  const field::Grid grid = mesh_to_grid(sphere(1, Vec3(0.003, 0.001, -0.002), 7), {.voxel = voxel});
+  std::size_t next = 0;
+  for_each_sample(grid, [&](const Vec3& x, double v) {
+    const double exact = (x - Vec3(0.003, 0.001, -0.002)).norm() - 1;
+    if (std::abs(exact) < 0.05 * voxel) ++next;
+    if (std::abs(exact) < 4.5 * voxel) {
+      EXPECT_NEAR(v, exact, 1e-4);
+    }  // the mesh's own sag
+  });
+  EXPECT_GT(next, 300u);
 }
 
 TEST(MeshToGrid, FieldOfASphereMeshIsNearItsDistance) {
