@@ -46,14 +46,6 @@ TEST(FramePattern, FindsFiles) {
   EXPECT_THROW(FramePattern::parse(folder / "s.{}.ply")->existing(), InvalidInput);
 }
 
-TEST(NaturalOrder, ComparesNumbersAsNumbers) {
-  EXPECT_TRUE(natural_less("f2", "f10"));
-  EXPECT_FALSE(natural_less("f10", "f2"));
-  EXPECT_TRUE(natural_less("f2a", "f02b"));
-  EXPECT_TRUE(natural_less("f", "f1"));
-  EXPECT_FALSE(natural_less("f1", "f1"));
-}
-
 TEST(NumberFiles, TakesTheNumberThatCounts) {
   const auto files = number_files({"run2_f10_v1.ply", "run2_f9_v1.ply"});
   EXPECT_EQ(files[0].frame, 9);

@@ -259,7 +259,7 @@ TEST(Usd, DocumentsAndCollectionsNameTheirFrames) {
   write_usd_sequence(folder / "s.usda", frames, {});
   const std::string usd = file_content(folder / "s.usda");
   for (const char* part : {"defaultPrim = \"sequence\"", "startTimeCode = 1", "endTimeCode = 3.5", "timeCodesPerSecond = 24",
-                           "prepend references = @s.0002.usda@",
+                           "prepend references = @./s.0002.usda@",
                            "1: \"invisible\",\n            2: \"inherited\",\n            3.5: \"invisible\""})
     EXPECT_NE(usd.find(part), usd.npos) << part;
   write_pvd(folder / "s.pvd", frames, {});

@@ -160,25 +160,6 @@ std::vector<FrameFile> FramePattern::existing() const {
   return files;
 }
 
-bool natural_less(std::string_view a, std::string_view b) {
-  std::size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    std::size_t n = digits_at(a, i), m = digits_at(b, j);
-    if (n == 0 || m == 0) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i, ++j;
-      continue;
-    }
-    for (; n > 1 && a[i] == '0'; --n) ++i;
-    for (; m > 1 && b[j] == '0'; --m) ++j;
-    if (n != m) return n < m;
-    if (const int order = a.substr(i, n).compare(b.substr(j, m)); order != 0) return order < 0;
-    i += n;
-    j += m;
-  }
-  return a.size() - i < b.size() - j;
-}
-
 std::vector<FrameFile> number_files(const std::vector<std::string>& paths) {
   std::vector<SplitName> names;
   names.reserve(paths.size());

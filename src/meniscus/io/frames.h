@@ -37,9 +37,6 @@ class FramePattern {
   std::size_t width_ = 0;
 };
 
-/// Orders names as people do: "f2" before "f10".
-bool natural_less(std::string_view a, std::string_view b);
-
 /// Frame numbers for files given one by one. If their names differ in one number alone, that is the frame and they are
 /// sorted; otherwise they are frames 1, 2, … in the order given. Throws InvalidInput for the same frame twice.
 std::vector<FrameFile> number_files(const std::vector<std::string>& paths);

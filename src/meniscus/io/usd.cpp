@@ -130,6 +130,9 @@ void write_extent(AtomicFile& file, std::span<const Vec3> positions) {
   file.put('\n');
 }
 
+/// "./" tells USD to look beside the document, not along its search path.
+std::string anchored(const std::string& file) { return file.starts_with('/') || file.starts_with('.') ? file : "./" + file; }
+
 std::string frame_name(std::size_t index) { return "frame_" + std::to_string(index); }
 
 std::string decimal(double value) {
@@ -162,7 +165,8 @@ void write_usd_sequence(const std::string& path, const std::vector<SequenceFile>
   write_header(file, options, "sequence", range);
   file.write("def Xform \"sequence\"\n{\n");
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    file.write("    def \"" + frame_name(i) + "\" (\n        prepend references = @" + frames[i].file + "@\n    )\n    {\n");
+    file.write("    def \"" + frame_name(i) + "\" (\n        prepend references = @" + anchored(frames[i].file) +
+               "@\n    )\n    {\n");
     file.write("        token visibility.timeSamples = {\n");
     if (i > 0) file.write("            " + decimal(frames[i - 1].time) + ": \"invisible\",\n");
     file.write("            " + decimal(frames[i].time) + ": \"inherited\",\n");
