@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <numeric>
 
 namespace meniscus::band {
@@ -132,6 +133,82 @@ void Band::link(const RunControl& run) {
   });
 }
 
+/// ±background for a brick that is not there: what its neighbours say, outside when there are none.
+float Band::far_value(const Coord& brick) const {
+  for (int d = 0; d < 27; ++d) {
+    const int dx = d / 9 - 1, dy = d / 3 % 3 - 1, dz = d % 3 - 1;
+    const std::int32_t n = find(moved(brick, -dx, -dy, -dz));
+    if (n >= 0)
+      return neighbours_[static_cast<std::size_t>(n)][direction(dx, dy, dz)] == kInside ? -background_ : background_;
+  }
+  return background_;
+}
+
+void Band::unite(const Band& other) {
+  std::vector<Coord> bricks;
+  std::set_union(bricks_.begin(), bricks_.end(), other.bricks_.begin(), other.bricks_.end(), std::back_inserter(bricks));
+  std::vector<float> values(bricks.size() * kBrickNodes);
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    const std::int32_t m = find(bricks[b]), o = other.find(bricks[b]);
+    const float far_m = m < 0 ? far_value(bricks[b]) : 0, far_o = o < 0 ? other.far_value(bricks[b]) : 0;
+    for (std::size_t n = 0; n < kBrickNodes; ++n) {
+      const float x = m < 0 ? far_m : values_[static_cast<std::size_t>(m) * kBrickNodes + n];
+      const float y = o < 0 ? far_o : other.values_[static_cast<std::size_t>(o) * kBrickNodes + n];
+      values[b * kBrickNodes + n] = std::min(x, y);
+    }
+  }
+  bricks_.swap(bricks);
+  values_.swap(values);
+  index();
+  link({});
+}
+
+float Band::node(std::int64_t i, std::int64_t j, std::int64_t k, bool& known) const {
+  const Coord brick = {static_cast<std::int32_t>(i >> 3), static_cast<std::int32_t>(j >> 3),
+                       static_cast<std::int32_t>(k >> 3)};
+  const std::int32_t b = find(brick);
+  if (b >= 0)
+    return values_[static_cast<std::size_t>(b) * kBrickNodes +
+                   static_cast<std::size_t>(((i & 7) * 8 + (j & 7)) * 8 + (k & 7))];
+  known = false;
+  return far_value(brick);
+}
+
+double Band::sample(const Vec3& x, bool* known) const {
+  bool all = true;
+  const Vec3 c = ((x - origin_) / voxel_).cwiseMax(-1e9).cwiseMin(1e9);
+  const Vec3 low = c.array().floor();
+  const Vec3 f = c - low;
+  const auto i = static_cast<std::int64_t>(low.x()), j = static_cast<std::int64_t>(low.y()),
+             k = static_cast<std::int64_t>(low.z());
+  double sum = 0;
+  for (int q = 0; q < 8; ++q) {
+    const int a = q >> 2, b = q >> 1 & 1, d = q & 1;
+    const double w = (a ? f.x() : 1 - f.x()) * (b ? f.y() : 1 - f.y()) * (d ? f.z() : 1 - f.z());
+    sum += w * static_cast<double>(node(i + a, j + b, k + d, all));
+  }
+  if (known != nullptr) *known = all;
+  return sum;
+}
+
+void Band::keep_surface(const RunControl& run) {
+  std::vector<char> far(bricks_.size());
+  parallel_for(bricks_.size(), 16, run, [&](std::size_t b) {
+    float halo[kHaloSize];
+    gather_halo(*this, values_.data(), b, background_, -background_, halo);
+    int inside = 0;
+    for (int i = -2; i < 10; ++i)
+      for (int j = -2; j < 10; ++j)
+        for (int k = -2; k < 10; ++k) inside += halo[halo_at(i, j, k)] < 0;
+    far[b] = inside == 0 || inside == kHaloSide * kHaloSide * kHaloSide;
+  });
+  for (std::size_t b = 0; b < bricks_.size(); ++b)
+    if (far[b] != 0)
+      for (std::size_t n = b * kBrickNodes; n < (b + 1) * kBrickNodes; ++n)
+        values_[n] = values_[n] < 0 ? -background_ : background_;
+  adapt(run);
+}
+
 std::vector<std::int32_t> Band::adapt(const RunControl& run) {
   std::vector<std::uint32_t> reached(bricks_.size());
   parallel_for(bricks_.size(), 64, run,
@@ -180,36 +257,41 @@ std::vector<std::int32_t> Band::adapt(const RunControl& run) {
 }
 
 void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, float* halo) {
+  // Where no brick is, every row is one and the same row of constants.
+  struct Source {
+    const float* p;
+    int scale;
+  };
+  float blank[2][8];
+  std::fill(blank[0], blank[0] + 8, outside);
+  std::fill(blank[1], blank[1] + 8, inside);
+  Source source[27];
   const Band::Neighbours& nb = band.neighbours(brick);
+  for (std::size_t d = 0; d < 27; ++d)
+    source[d] = nb[d] >= 0 ? Source{data + static_cast<std::size_t>(nb[d]) * Band::kBrickNodes, 1}
+                           : Source{blank[nb[d] == Band::kInside], 0};
   for (int i = -2; i < 10; ++i) {
     const int dx = i < 0 ? -1 : i > 7;
     for (int j = -2; j < 10; ++j) {
       const int dy = j < 0 ? -1 : j > 7;
       const int row = ((i & 7) * 8 + (j & 7)) * 8;
-      const std::size_t d = Band::direction(dx, dy, 0);
+      const Source* s = source + Band::direction(dx, dy, 0);
+      const float *before = s[-1].p + s[-1].scale * row, *own = s[0].p + s[0].scale * row,
+                  *after = s[1].p + s[1].scale * row;
       float* to = halo + halo_at(i, j, -2);
-      const auto source = [&](std::size_t at) {
-        return nb[at] >= 0 ? data + static_cast<std::size_t>(nb[at]) * Band::kBrickNodes + row : nullptr;
-      };
-      const auto blank = [&](std::size_t at) { return nb[at] == Band::kInside ? inside : outside; };
-      if (const float* p = source(d - 1)) {
-        to[0] = p[6];
-        to[1] = p[7];
-      } else {
-        to[0] = to[1] = blank(d - 1);
-      }
-      if (const float* p = source(d))
-        std::memcpy(to + 2, p, 8 * sizeof(float));
-      else
-        std::fill(to + 2, to + 10, blank(d));
-      if (const float* p = source(d + 1)) {
-        to[10] = p[0];
-        to[11] = p[1];
-      } else {
-        to[10] = to[11] = blank(d + 1);
-      }
+      std::memcpy(to, before + 6, 2 * sizeof(float));
+      std::memcpy(to + 2, own, 8 * sizeof(float));
+      std::memcpy(to + 10, after, 2 * sizeof(float));
     }
   }
+}
+
+bool holds_surface(const float* halo) {
+  int inside = 0;
+  for (int i = 0; i < 9; ++i)
+    for (int j = 0; j < 9; ++j)
+      for (int k = 0; k < 9; ++k) inside += halo[halo_at(i, j, k)] < 0;
+  return inside != 0 && inside != 729;
 }
 
 }  // namespace meniscus::band

@@ -60,11 +60,23 @@ class Band {
   /// Nodes nearer to the surface than the background.
   std::size_t active_nodes() const;
 
+  /// Adds another shape on the same lattice: the smaller of both samples everywhere. Bricks of `other` beyond reach of this
+  /// band's bricks must lie outside this surface.
+  void unite(const Band& other);
+  /// Trilinear sample at a point; clamped beyond the bricks, where `known` is set false.
+  double sample(const Vec3& x, bool* known = nullptr) const;
+
+  /// Forgets the samples of bricks that the surface is nowhere near: they become plain inside or outside, and are dropped.
+  /// What a band made from raw samples needs before redistancing.
+  void keep_surface(const RunControl& run = {});
+
   /// Wakes the neighbours of every brick that the band has reached and drops bricks that it has left. Returns, for every new
   /// brick, the number of the brick before (-1: woken); empty when nothing changed.
   std::vector<std::int32_t> adapt(const RunControl& run = {});
 
  private:
+  float far_value(const Coord& brick) const;
+  float node(std::int64_t i, std::int64_t j, std::int64_t k, bool& known) const;
   void index();
   void link(const RunControl& run);
 
@@ -80,6 +92,9 @@ class Band {
 /// Copies the samples of a brick and two more on every side into `halo` (kHaloSize floats) from an array that runs along
 /// the band's bricks; beyond bricks the value is `outside` or `inside`.
 void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, float* halo);
+
+/// Whether a brick's cells (its nodes and the next ones on three sides) hold both sides of the surface.
+bool holds_surface(const float* halo);
 
 /// Reorders an array that runs along the bricks after Band::adapt(); woken bricks get `fresh`.
 template <class T>

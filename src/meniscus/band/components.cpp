@@ -134,6 +134,7 @@ std::vector<Component> measure_components(const Band& band, const Labels& labels
   parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
     float halo[kHaloSize];
     gather_halo(band, band.values().data(), brick, b, -b, halo);
+    if (!holds_surface(halo)) return;
     const Coord& c = band.bricks()[brick];
     const Vec3 corner0(8.0 * (c[0] - middle[0]), 8.0 * (c[1] - middle[1]), 8.0 * (c[2] - middle[2]));
     const auto label_at = [&](int i, int j, int k) {

@@ -53,7 +53,7 @@ Crossings find_crossings(const Band& band, const RunControl& run) {
     parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
       float halo[kHaloSize];
       gather_halo(band, band.values().data(), brick, b, -b, halo);
-      work(brick, halo);
+      if (holds_surface(halo)) work(brick, halo);
     });
   };
   with_halo([&](std::size_t brick, const float* halo) {

@@ -141,7 +141,13 @@ void Evolver::settle_topology(const RunControl& run) {
   if (!map.empty() || band_.empty()) labels_.node = remapped(labels_.node, map, std::int32_t{-1});
 }
 
-void Evolver::renew(const RunControl& run, AdvanceReport& report) {
+void Evolver::renew(const RunControl& run) {
+  redistance(band_, run);
+  travelled_ = 0;
+  settle_topology(run);
+}
+
+void Evolver::renew_if_due(const RunControl& run, AdvanceReport& report) {
   if (travelled_ < options_.redistance_after) return;
   redistance(band_, run);
   travelled_ = 0;
@@ -177,7 +183,7 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
       report.max_courant = std::max(report.max_courant, fastest * dt / h);
       ++report.steps;
       settle_topology(run);
-      renew(run, report);
+      renew_if_due(run, report);
       left = dt == left ? 0 : left - dt;
       planned = 2 * dt;
     }
@@ -209,9 +215,20 @@ void Evolver::settle_volumes(const RunControl& run) {
   }
 }
 
-std::vector<float> Evolver::present_speeds(double time, double step, const RunControl& run) {
-  const Crossings crossings = find_crossings(band_, run);
-  return node_speeds(band_, crossings, speeds(crossings, time, step, run), run);
+void Evolver::edit(FunctionRef<void(Band&)> edit, const RunControl& run) {
+  if (tracks_components()) track(run);
+  const std::vector<Coord> before = band_.bricks();
+  edit(band_);
+  if (band_.bricks() != before && !labels_.node.empty()) {
+    // Labels follow their bricks, so that goals can be handed on.
+    std::vector<std::int32_t> map(band_.brick_count());
+    for (std::size_t b = 0; b < map.size(); ++b) {
+      const auto it = std::lower_bound(before.begin(), before.end(), band_.bricks()[b]);
+      map[b] = it != before.end() && *it == band_.bricks()[b] ? static_cast<std::int32_t>(it - before.begin()) : -1;
+    }
+    labels_.node = remapped(labels_.node, map, std::int32_t{-1});
+  }
+  settle_topology(run);
 }
 
 }  // namespace meniscus::band

@@ -3,6 +3,7 @@
 #include <meniscus/band/band.h>
 #include <meniscus/band/components.h>
 #include <meniscus/band/strategy.h>
+#include <meniscus/base/function_ref.h>
 
 #include <memory>
 #include <vector>
@@ -51,16 +52,21 @@ class Evolver {
   const Labels& labels() const { return labels_; }
   /// Makes the present volumes the goals, of components without goal or of all.
   void hold_present_volumes(bool all, const RunControl& run = {});
+  /// One goal or none per component, in the order of components().
   void set_goals(const std::vector<std::optional<double>>& goals);
-  /// Normal speeds at all nodes that the strategies and tension would give now (-f_t/|∇f|). 512 per brick.
-  std::vector<float> present_speeds(double time, double step, const RunControl& run = {});
+  /// Renews distances now, so that what follows depends on samples and goals alone (a saved skin goes on with the same
+  /// bits).
+  void renew(const RunControl& run = {});
+
+  /// Changes samples from outside: `edit` gets the band and may change samples and wake bricks by Band::unite.
+  void edit(FunctionRef<void(Band&)> edit, const RunControl& run = {});
 
  private:
   std::vector<double> speeds(const Crossings& crossings, double time, double step, const RunControl& run);
   void transport(const std::vector<float>& speed, double dt, const RunControl& run);
   int relax(double dt, const RunControl& run);
   void settle_topology(const RunControl& run);
-  void renew(const RunControl& run, AdvanceReport& report);
+  void renew_if_due(const RunControl& run, AdvanceReport& report);
   std::vector<std::int32_t> labels_of(const Crossings& crossings) const;
   bool tracks_components() const;
   void track(const RunControl& run);

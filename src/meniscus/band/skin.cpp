@@ -1,0 +1,373 @@
+#include <meniscus/band/redistance.h>
+#include <meniscus/band/skin.h>
+#include <meniscus/base/error.h>
+#include <meniscus/base/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace meniscus::band {
+
+/// What particles ask of the skin: to come along with them and to lie on their surface.
+class ParticlePull final : public Strategy {
+ public:
+  std::string name() const override { return "particles"; }
+  double max_step() const override { return 0.5 / rate; }
+  void add_speed(const SurfaceSamples& at, std::span<double> speed, const RunControl& run) override {
+    const field::Positions x = at.crossings.x.view();
+    std::vector<double> distance(x.size);
+    surface->distance(x, Band::kHalfWidth * at.voxel, distance, run);
+    parallel_for(x.size, 256, run, [&](std::size_t i) {
+      speed[i] -= rate * distance[i];
+      if (carry != nullptr) speed[i] += at.crossings.normal[i].dot(carry->at(x[i]));
+    });
+  }
+
+  std::shared_ptr<const ParticleSurface> surface;
+  std::shared_ptr<const VelocityGrid> carry;
+  double rate = 1;
+};
+
+namespace {
+
+constexpr int kSettleFrames = 4;  // of relaxation before the first frame
+
+Vec3 normal_at(const Band& band, const Vec3& x) {
+  Vec3 g;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 d = 0.5 * band.voxel() * Vec3::Unit(a);
+    g[a] = band.sample(x + d) - band.sample(x - d);
+  }
+  const double length = g.norm();
+  return length > 0 ? Vec3(g / length) : Vec3(Vec3::Zero());
+}
+
+/// Mean second difference in time over nodes within a voxel of the middle surface, in voxels.
+double flicker_of(const Band& a, const Band& b, const Band& c, const RunControl& run) {
+  struct Sum {
+    double total = 0, count = 0;
+  };
+  const Sum s = parallel_reduce(
+      b.brick_count(), 16, run, Sum{},
+      [&](std::size_t begin, std::size_t end) {
+        Sum sum;
+        for (std::size_t brick = begin; brick < end; ++brick) {
+          const std::int32_t p = a.find(b.bricks()[brick]), q = c.find(b.bricks()[brick]);
+          if (p < 0 || q < 0) continue;
+          for (std::size_t n = 0; n < Band::kBrickNodes; ++n) {
+            const float f = b.values()[brick * Band::kBrickNodes + n];
+            if (std::abs(f) >= b.voxel()) continue;
+            const float e = a.values()[static_cast<std::size_t>(p) * Band::kBrickNodes + n];
+            const float g = c.values()[static_cast<std::size_t>(q) * Band::kBrickNodes + n];
+            sum.total += static_cast<double>(std::abs(e - 2 * f + g));
+            sum.count += 1;
+          }
+        }
+        return sum;
+      },
+      [](Sum x, Sum y) {
+        return Sum{x.total + y.total, x.count + y.count};
+      });
+  return s.count > 0 ? s.total / s.count / b.voxel() : 0;
+}
+
+/// A band of spheres.
+Band spheres(const std::vector<Vec3>& centre, const std::vector<double>& radius, double voxel, const RunControl& run) {
+  ParticleState s;
+  s.position = centre;
+  s.radius = radius;
+  s.velocity.assign(centre.size(), Vec3::Zero());
+  s.weight.assign(centre.size(), 1);
+  return ParticleSurface(s, {}, run).band(voxel, 1u << 20, run);
+}
+
+}  // namespace
+
+Skin::Skin(SkinOptions options) : options_(std::move(options)), voxel_(options_.voxel.value_or(0.5 * options_.radius)) {
+  const auto positive = [](double v, const char* what) {
+    if (!(v > 0) || !std::isfinite(v)) throw InvalidInput(std::string(what) + " must be positive and finite");
+  };
+  positive(options_.radius, "a skin's particle radius");
+  positive(voxel_, "a skin's voxel size");
+  positive(options_.follow, "a skin's follow rate");
+  if (options_.tension && !(*options_.tension >= 0 && std::isfinite(*options_.tension)))
+    throw InvalidInput("tension must be finite and not negative");
+  if (options_.max_substeps < 1) throw InvalidInput("a skin needs at least one sub-step per frame");
+}
+
+std::shared_ptr<ParticleSurface> Skin::target(const ParticleState& particles, const RunControl& run) const {
+  return std::make_shared<ParticleSurface>(particles, options_.surface, run);
+}
+
+void Skin::set_strategies(double frame_duration) {
+  frame_ = frame_duration;
+  pull_ = std::make_shared<ParticlePull>();
+  pull_->rate = options_.follow / frame_duration;
+  evolver_->clear_strategies();
+  evolver_->add(pull_);
+  if (options_.hold_volume) evolver_->add(std::make_shared<HoldVolume>());
+}
+
+SkinReport Skin::start(const points::Cloud& particles, double frame_duration, const RunControl& run) {
+  if (!(frame_duration > 0) || !std::isfinite(frame_duration)) throw InvalidInput("a frame must last longer than nothing");
+  now_ = particle_frame(particles, options_.radius);
+  cloud_ = particles;
+  SkinReport report;
+  const auto surface = target(now_.state, run);
+  EvolverOptions evolving;
+  evolving.tension = options_.tension.value_or(6 * options_.follow / frame_duration * options_.radius * options_.radius);
+  evolver_ = std::make_unique<Evolver>(surface->band(voxel_, options_.max_bricks, run), evolving);
+  set_strategies(frame_duration);
+  pull_->surface = surface;
+  if (options_.hold_volume) evolver_->hold_present_volumes(true, run);
+  report.steps = evolver_->advance(0, kSettleFrames * frame_duration, std::numeric_limits<double>::infinity(), run).steps;
+  bound(*surface, run);
+  if (options_.hold_volume) evolver_->settle_volumes(run);
+
+  const ParticleState& s = now_.state;
+  const double cell = options_.carry.value_or(8 * options_.radius);
+  carry_ = std::make_shared<VelocityGrid>(s.position, s.velocity, s.weight, cell);
+  local_ = std::make_shared<VelocityGrid>(s.position, s.velocity, s.weight, 2 * options_.radius);
+  report.strays = surface->strays();
+  report.substeps = 1;
+  last_.reset();
+  second_last_.reset();
+  before_.reset();
+  thrown_.clear();
+  finish(report, run);
+  return report;
+}
+
+SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, const RunControl& run) {
+  if (!started()) return start(particles, frame_duration, run);
+  const Evolver good = *evolver_;
+  try {
+    SkinReport report;
+    ParticleFrame next = particle_frame(particles, options_.radius);
+    const ParticleMotion motion(now_, next, frame_duration);
+    set_strategies(frame_duration);
+    const int substeps =
+        std::clamp(static_cast<int>(std::ceil(motion.typical_speed() * frame_duration / voxel_)), 1, options_.max_substeps);
+    std::shared_ptr<ParticleSurface> surface;
+    for (int i = 0; i < substeps; ++i) {
+      const ParticleState state = motion.at((i + 1.0) / substeps);
+      surface = target(state, run);
+      pull_->surface = surface;
+      const double cell = options_.carry.value_or(8 * options_.radius);
+      carry_ = std::make_shared<VelocityGrid>(state.position, state.velocity, state.weight, cell);
+      pull_->carry = carry_;
+      if (i + 1 == substeps)
+        local_ = std::make_shared<VelocityGrid>(state.position, state.velocity, state.weight, 2 * options_.radius);
+      before_ = evolver_->band();
+      before_step_ = frame_duration / substeps;
+      report.seeded += seed(*surface, run);
+      const AdvanceReport moved =
+          evolver_->advance(i * before_step_, before_step_, std::numeric_limits<double>::infinity(), run);
+      report.steps += moved.steps;
+      report.max_courant = std::max(report.max_courant, moved.max_courant);
+      bound(*surface, run);
+      if (options_.hold_volume) evolver_->settle_volumes(run);
+    }
+    report.substeps = substeps;
+    report.matched = motion.matched();
+    report.strays = surface->strays();
+    if (options_.hold_volume) adopt_births(next, motion.matched(), report.seeded > 0, run);
+    now_ = std::move(next);
+    cloud_ = particles;
+    finish(report, run);
+    return report;
+  } catch (...) {
+    *evolver_ = good;
+    throw;
+  }
+}
+
+/// Particles that the skin does not cover begin a piece of their own: a sphere each, which then grows as it is asked to.
+std::size_t Skin::seed(const ParticleSurface& surface, const RunControl& run) {
+  const field::Grid grid = band().grid();
+  std::vector<char> bare(surface.positions().size());
+  parallel_for(bare.size(), 256, run, [&](std::size_t i) {
+    const Vec3 c = (surface.positions()[i] / voxel_).array().round();
+    const auto at = [&](int a) { return static_cast<std::int32_t>(c[a]); };
+    bare[i] =
+        c.cwiseAbs().maxCoeff() < 1e9 && static_cast<double>(grid.value({at(0), at(1), at(2)})) > 2 * surface.radii()[i];
+  });
+  std::vector<Vec3> centre;
+  std::vector<double> radius;
+  for (std::size_t i = 0; i < bare.size(); ++i)
+    if (bare[i] != 0) {
+      centre.push_back(surface.positions()[i]);
+      radius.push_back(std::max(surface.radii()[i], 1.2 * voxel_));
+    }
+  if (!centre.empty()) {
+    const Band fresh = spheres(centre, radius, voxel_, run);
+    evolver_->edit([&](Band& b) { b.unite(fresh); }, run);
+  }
+  return centre.size();
+}
+
+void Skin::bound(const ParticleSurface& surface, const RunControl& run) {
+  const SkinShells& shell = options_.shells;
+  if (!shell.inner && !shell.outer) return;
+  evolver_->edit(
+      [&](Band& b) {
+        const double reach = static_cast<double>(b.background());
+        parallel_for(b.brick_count(), 4, run, [&](std::size_t brick) {
+          field::PositionBatch x(Band::kBrickNodes);
+          for (int n = 0; n < 512; ++n) x.set(static_cast<std::size_t>(n), b.position(brick, n >> 6, n >> 3 & 7, n & 7));
+          std::vector<double> d(Band::kBrickNodes);
+          const auto part = b.values().subspan(brick * Band::kBrickNodes, Band::kBrickNodes);
+          if (shell.inner) {
+            surface.sphere_distance(x.view(), *shell.inner, reach, d);
+            for (std::size_t n = 0; n < d.size(); ++n)
+              part[n] = std::min(part[n], static_cast<float>(std::max(d[n], -reach)));
+          }
+          if (shell.outer) {
+            surface.sphere_distance(x.view(), *shell.outer, reach, d);
+            for (std::size_t n = 0; n < d.size(); ++n)
+              part[n] = std::max(part[n], static_cast<float>(std::max(d[n], -reach)));
+          }
+        });
+      },
+      run);
+}
+
+/// Particles that come or go change what components hold, in proportion; pieces that were seeded hold what they have.
+void Skin::adopt_births(const ParticleFrame& next, std::size_t matched, bool seeded, const RunControl& run) {
+  const std::vector<Component>& parts = evolver_->components(run);
+  std::vector<std::optional<double>> goals;
+  const double before = static_cast<double>(now_.state.size()), after = static_cast<double>(next.state.size());
+  const bool counts = !seeded && before > 0 && after > 0 && (matched > 0 || next.id.empty());
+  for (const Component& c : parts) goals.push_back(c.goal ? *c.goal * (counts ? after / before : 1) : c.volume);
+  evolver_->set_goals(goals);
+}
+
+void Skin::finish(SkinReport& report, const RunControl& run) {
+  evolver_->renew(run);
+  const Band& b = band();
+  for (const Component& c : evolver_->components(run)) {
+    report.volume += c.volume;
+    report.area += c.area;
+    report.volume_goal += c.goal.value_or(0);
+    if (c.goal && std::abs(*c.goal) > 0)
+      report.worst_volume_error = std::max(report.worst_volume_error, std::abs(c.volume / *c.goal - 1));
+  }
+  report.components = evolver_->components(run).size();
+  report.active_nodes = b.active_nodes();
+  report.particles = now_.state.size();
+  report.dropped = now_.dropped;
+  if (last_ && second_last_) report.flicker = flicker_of(*second_last_, *last_, b, run);
+  double off = 0;
+  std::size_t counted = 0;
+  for (const Vec3& x : thrown_) {
+    bool known = false;
+    const double d = b.sample(x, &known);
+    if (!known) continue;
+    off += std::abs(d);
+    ++counted;
+  }
+  if (counted > 0) report.velocity_residual = off / static_cast<double>(counted) / voxel_;
+  // Where this frame's surface says it will be next.
+  const Crossings c = find_crossings(b, run);
+  thrown_.clear();
+  std::vector<Vec3> x(c.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = c.x.view()[i];
+  if (before_) {
+    const std::vector<Vec3> v = velocities(x, run);
+    for (std::size_t i = 0; i < x.size(); ++i) thrown_.push_back(x[i] + frame_ * v[i]);
+  }
+  second_last_ = std::move(last_);
+  last_ = b;
+}
+
+std::vector<Vec3> Skin::velocities(std::span<const Vec3> at, const RunControl& run) const {
+  std::vector<Vec3> out(at.size(), Vec3::Zero());
+  if (carry_ == nullptr) return out;
+  parallel_for(at.size(), 256, run, [&](std::size_t i) {
+    const Vec3 n = normal_at(band(), at[i]);
+    const Vec3 u = local_->at(at[i]);
+    double normal_speed = carry_->at(at[i]).dot(n);
+    if (before_) {
+      // The potential is a distance: the surface has come as far as the potential was above zero here.
+      bool known = false;
+      const double was = before_->sample(at[i], &known) - band().sample(at[i]);
+      if (known && std::abs(was) < 0.9 * static_cast<double>(before_->background())) normal_speed = was / before_step_;
+    }
+    out[i] = normal_speed * n + (u - u.dot(n) * n);
+  });
+  return out;
+}
+
+Attributes Skin::carried(std::span<const Vec3> at, const std::vector<std::string>& leave_out, const RunControl& run) const {
+  Attributes out;
+  std::vector<const Attribute*> wanted;
+  for (const Attribute& a : cloud_.attributes)
+    if (std::find(leave_out.begin(), leave_out.end(), a.name) == leave_out.end()) wanted.push_back(&a);
+  if (wanted.empty()) return out;
+  const double reach = 3 * options_.radius;
+  const ParticleCells cells(now_.state.position, reach);
+  std::vector<std::vector<double>> means;
+  std::vector<std::vector<std::int64_t>> picks;
+  for (const Attribute* a : wanted) {
+    means.emplace_back(a->is_integer() ? 0 : at.size() * a->components);
+    picks.emplace_back(a->is_integer() ? at.size() * a->components : 0);
+  }
+  parallel_for(at.size(), 128, run, [&](std::size_t i) {
+    double total = 0, heaviest = 0;
+    std::size_t pick = 0;
+    std::vector<std::pair<std::size_t, double>> near;
+    cells.for_runs(Box::around(at[i], 0), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t m = begin; m < end; ++m) {
+        const std::uint32_t p = cells.order()[m];
+        const double q = 1 - (now_.state.position[p] - at[i]).squaredNorm() / (reach * reach);
+        if (q <= 0) continue;
+        const double w = q * q * q;
+        total += w;
+        near.emplace_back(now_.source[p], w);
+        if (w > heaviest) {
+          heaviest = w;
+          pick = now_.source[p];
+        }
+      }
+    });
+    if (near.empty()) return;
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      const std::size_t n = wanted[k]->components;
+      for (std::size_t c = 0; c < n; ++c) {
+        if (wanted[k]->is_integer()) {
+          picks[k][i * n + c] = std::get<1>(wanted[k]->data)[pick * n + c];
+        } else {
+          double sum = 0;
+          for (const auto& [row, w] : near) sum += w * std::get<0>(wanted[k]->data)[row * n + c];
+          means[k][i * n + c] = sum / total;
+        }
+      }
+    }
+  });
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    if (wanted[k]->is_integer())
+      out.set_integers(wanted[k]->name, wanted[k]->components, std::move(picks[k]));
+    else
+      out.set(wanted[k]->name, wanted[k]->components, std::move(means[k]));
+  }
+  return out;
+}
+
+Skin::State Skin::state() {
+  State s;
+  for (const Component& c : evolver_->components()) s.goals.push_back(c.goal);
+  return s;
+}
+
+void Skin::resume(Band band, const State& state, const points::Cloud& particles, double frame_duration) {
+  now_ = particle_frame(particles, options_.radius);
+  cloud_ = particles;
+  EvolverOptions evolving;
+  evolving.tension = options_.tension.value_or(6 * options_.follow / frame_duration * options_.radius * options_.radius);
+  evolver_ = std::make_unique<Evolver>(std::move(band), evolving);
+  set_strategies(frame_duration);
+  evolver_->set_goals(state.goals);
+}
+
+}  // namespace meniscus::band

@@ -1,0 +1,217 @@
+#include "support.h"
+
+#include <meniscus/band/skin.h>
+#include <meniscus/base/error.h>
+#include <meniscus/base/random.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace meniscus::band {
+namespace {
+
+using test::fingerprint;
+
+/// A ball filled with particles one apart, shaken; they move with `velocity`.
+void add_drop(points::Cloud& cloud, const Vec3& center, double radius, const Vec3& velocity, double scale,
+              std::uint64_t shake) {
+  std::vector<double> v(cloud.attributes.values("v", 3).begin(), cloud.attributes.values("v", 3).end());
+  std::vector<std::int64_t> id(cloud.attributes.integers("id").begin(), cloud.attributes.integers("id").end());
+  const int n = static_cast<int>(radius) + 1;
+  for (int i = -n; i <= n; ++i)
+    for (int j = -n; j <= n; ++j)
+      for (int k = -n; k <= n; ++k) {
+        if (Vec3(i, j, k).norm() > radius) continue;
+        const auto u = random_uniform(7, id.size(), shake);
+        cloud.positions.push_back(scale * (center + Vec3(i, j, k) + 0.3 * Vec3(u[0] - 0.5, u[1] - 0.5, u[2] - 0.5)));
+        for (int a = 0; a < 3; ++a) v.push_back(scale * velocity[a]);
+        id.push_back(static_cast<std::int64_t>(id.size()));
+      }
+  cloud.attributes.set("v", 3, std::move(v));
+  cloud.attributes.set_integers("id", 1, std::move(id));
+}
+
+/// Two drops on their way into one another, shaken anew every frame.
+points::Cloud colliding(int frame, double scale = 1) {
+  const double gone = std::min(0.5 * frame, 6.0);
+  points::Cloud cloud;
+  add_drop(cloud, {-7 + gone, 0.2, 0}, 5, {0.5, 0, 0}, scale, static_cast<std::uint64_t>(frame));
+  add_drop(cloud, {7 - gone, 0, 0.1}, 4, {-0.5, 0, 0}, scale, static_cast<std::uint64_t>(frame));
+  return cloud;
+}
+
+SkinOptions settings(double scale = 1) {
+  SkinOptions o;
+  o.radius = 0.75 * scale;
+  o.voxel = 0.5 * scale;
+  return o;
+}
+
+TEST(Skin, IsCalmAndKeepsVolumeThroughAMerge) {
+  Skin skin(settings());
+  double flicker = 0, worst = 0, volume = 0;
+  std::size_t parts = 0;
+  const int frames = 20;
+  for (int f = 0; f < frames; ++f) {
+    const SkinReport r = skin.advance(colliding(f), 1);
+    if (f == 0) {
+      volume = r.volume;
+      EXPECT_EQ(r.components, 2u);
+    }
+    EXPECT_LE(r.max_courant, 0.5 + 1e-9);
+    worst = std::max({worst, r.worst_volume_error, std::abs(r.volume / volume - 1)});
+    flicker += f > 1 ? r.flicker / (frames - 2) : 0;
+    parts = r.components;
+  }
+  EXPECT_EQ(parts, 1u);
+  EXPECT_LT(worst, 0.005);
+  EXPECT_LT(flicker, 0.15);
+}
+
+TEST(Skin, VelocityOfADropInFlightIsItsOwn) {
+  Skin skin(settings());
+  const Vec3 velocity(0.8, -0.3, 0.4);
+  for (int f = 0; f < 6; ++f) {
+    points::Cloud cloud;
+    add_drop(cloud, f * velocity, 5, velocity, 1, 0);
+    skin.advance(cloud, 1);
+  }
+  const Crossings c = find_crossings(skin.band());
+  std::vector<Vec3> x(c.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = c.x.view()[i];
+  const std::vector<Vec3> v = skin.velocities(x);
+  double mean = 0;
+  for (const Vec3& u : v) mean += (u - velocity).norm() / static_cast<double>(v.size());
+  EXPECT_LT(mean, 0.05 * velocity.norm());
+}
+
+TEST(Skin, SameShapeAtAnyScale) {
+  std::vector<double> relative;
+  for (const double scale : {1.0, 0.01, 1000.0}) {
+    Skin skin(settings(scale));
+    SkinReport r;
+    for (int f = 0; f < 3; ++f) r = skin.advance(colliding(f, scale), 1);
+    relative.push_back(r.area / (scale * scale));
+  }
+  EXPECT_NEAR(relative[1] / relative[0], 1, 1e-4);
+  EXPECT_NEAR(relative[2] / relative[0], 1, 1e-4);
+}
+
+TEST(Skin, SameBitsForAnyNumberOfThreads) {
+  std::optional<std::uint64_t> first;
+  for (const int threads : {1, 2, 3, 5, 8}) {
+    RunOptions o;
+    o.threads = threads;
+    const RunControl run(o);
+    Skin skin(settings());
+    for (int f = 0; f < 3; ++f) skin.advance(colliding(f), 1, run);
+    const std::uint64_t h = fingerprint(skin.band());
+    EXPECT_EQ(h, first.value_or(h));
+    first = h;
+  }
+}
+
+TEST(Skin, SavedAndResumedIsUninterrupted) {
+  Skin whole(settings());
+  for (int f = 0; f < 6; ++f) whole.advance(colliding(f), 1);
+  Skin first(settings());
+  for (int f = 0; f < 3; ++f) first.advance(colliding(f), 1);
+  Skin second(settings());
+  second.resume(Band(first.band().grid()), first.state(), colliding(2), 1);
+  for (int f = 3; f < 6; ++f) second.advance(colliding(f), 1);
+  EXPECT_EQ(fingerprint(second.band()), fingerprint(whole.band()));
+}
+
+TEST(Skin, ACoarserParticleSetEasesIn) {
+  // From one frame to the next every second particle goes. The coating jumps; the skin does not.
+  const auto thin = [](const points::Cloud& c) {
+    std::vector<std::size_t> keep;
+    for (std::size_t i = 0; i < c.size(); i += 2) keep.push_back(i);
+    return points::gathered(c, keep);
+  };
+  SkinOptions o = settings();
+  o.surface.kernel = ParticleKernel::Blobs;
+  Skin skin(o);
+  points::Cloud cloud;
+  add_drop(cloud, Vec3::Zero(), 6, Vec3::Zero(), 1, 1);
+  for (int f = 0; f < 4; ++f) skin.advance(cloud, 1);
+  const Band before = skin.band();
+  skin.advance(thin(cloud), 1);
+  const auto farthest = [&](const Band& to) {
+    double worst = 0;
+    const Crossings c = find_crossings(to);
+    for (std::size_t i = 0; i < c.size(); ++i) worst = std::max(worst, std::abs(before.sample(c.x.view()[i])));
+    return worst / before.voxel();
+  };
+  const Band coating = ParticleSurface(particle_frame(thin(cloud), o.radius).state, o.surface).band(*o.voxel);
+  EXPECT_LT(farthest(skin.band()), 0.5);  // voxels in one frame
+  EXPECT_GT(farthest(coating), 1.0);
+}
+
+TEST(Skin, SurvivesDegenerateFrames) {
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  points::Cloud empty, one, together, broken, stray;
+  one.positions = {{1, 2, 3}};
+  together.positions.assign(100, Vec3(1, 2, 3));
+  broken.positions = {{nan, 0, 0}, {0, inf, 0}, {1, 2, 3}, {1e30, 0, 0}};
+  add_drop(stray, Vec3::Zero(), 4, Vec3::Zero(), 1, 0);
+  stray.positions[0] = {1e7, 0, 0};
+  const std::vector<points::Cloud> all = {empty, one, together, broken, stray, empty, stray, one};
+  for (const auto kernel : {ParticleKernel::Blobs, ParticleKernel::Averaged, ParticleKernel::Anisotropic}) {
+    SkinOptions o = settings();
+    o.surface.kernel = kernel;
+    Skin skin(o);
+    for (const points::Cloud& c : all) {
+      const SkinReport r = skin.advance(c, 1);
+      EXPECT_TRUE(std::isfinite(r.volume));
+      EXPECT_LT(skin.band().brick_count(), 2000u);
+      for (const float v : skin.band().values()) ASSERT_TRUE(std::isfinite(v));
+    }
+  }
+}
+
+TEST(Skin, StraysMakeNoSurface) {
+  points::Cloud cloud;
+  add_drop(cloud, Vec3::Zero(), 4, Vec3::Zero(), 1, 0);
+  cloud.positions[0] = {30, 0, 0};
+  SkinOptions o = settings();
+  o.surface.min_neighbours = 1;
+  Skin skin(o);
+  const SkinReport r = skin.advance(cloud, 1);
+  EXPECT_EQ(r.strays, 1u);
+  EXPECT_EQ(r.components, 1u);
+}
+
+TEST(Skin, AnInnerShellKeepsTensionFromEatingADroplet) {
+  points::Cloud cloud;
+  cloud.positions = {{0, 0, 0}};
+  SkinOptions o = settings();
+  o.voxel = 0.25;
+  o.tension = 2;
+  o.hold_volume = false;
+  Skin bare(o);
+  o.shells.inner = 0.8;
+  Skin kept(o);
+  for (int f = 0; f < 4; ++f) {
+    bare.advance(cloud, 1);
+    kept.advance(cloud, 1);
+  }
+  EXPECT_LT(test::total_volume(bare.band()), 0.1);
+  EXPECT_GT(test::radius_of(test::total_volume(kept.band())), 0.7 * 0.75);
+}
+
+TEST(Skin, RefusesWhatMakesNoSense) {
+  EXPECT_THROW(Skin(SkinOptions{}), InvalidInput);
+  SkinOptions o = settings();
+  o.voxel = -1;
+  EXPECT_THROW(Skin{o}, InvalidInput);
+  o.voxel = 1e-4;
+  Skin tiny(o);
+  EXPECT_THROW(tiny.advance(colliding(0), 1), ResourceLimit);
+  EXPECT_THROW(Skin(settings()).advance(colliding(0), 0), InvalidInput);
+}
+
+}  // namespace
+}  // namespace meniscus::band
