@@ -136,7 +136,7 @@ TEST(MeshToGrid, TheSignDoesNotDependOnOrientation) {
 TEST(MeshToGrid, SameBitsForAnyThreadCount) {
   const mesh::Mesh m = sphere(1, Vec3(0.1, 0.2, 0.3), 4);
   const auto with = [&](int threads) {
-    return mesh_to_grid(m, {.voxel = 0.03}, RunControl({.threads = threads, .seed = 0, .on_progress = {}}));
+    return mesh_to_grid(m, {.voxel = 0.06}, RunControl({.threads = threads, .seed = 0, .on_progress = {}}));
   };
   const field::Grid one = with(1);
   for (const int threads : {2, 3, 5, 8}) {

@@ -118,17 +118,16 @@ std::vector<float> signed_distances(const TriangleTree& tree, const field::Grid&
   parallel_blocks(sides.bricks().size(), 8, run, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const field::Coord& at = sides.bricks()[b];
-      const Vec3 corner = field::Grid::kBrick * Vec3(at[0], at[1], at[2]);
       double distances[field::Grid::kBrickVoxels];
       for (std::size_t n = 0; n < field::Grid::kBrickVoxels; ++n) {
         const auto v = static_cast<int>(n);
-        const Vec3 ijk = corner + Vec3(v / 64, v / 8 % 8, v % 8);
+        const field::Coord ijk = coord(at, v);
+        const Vec3 x = sides.origin() + sides.voxel() * Vec3(ijk[0], ijk[1], ijk[2]);
         const std::size_t back = n % 8 > 0 ? 1 : n % 64 > 0 ? 8 : 64;  // a neighbour already done
         const double bound = n == 0 ? background : std::min(background, distances[n - back] + step);
-        distances[n] = tree.distance(sides.origin() + sides.voxel() * ijk, bound);
+        distances[n] = tree.distance(x, bound);
         double side = sides.brick(b)[n];
-        if (distances[n] < kNear * sides.voxel())
-          side = side_near(tree, sides, coord(at, v), sides.origin() + sides.voxel() * ijk);
+        if (distances[n] < kNear * sides.voxel()) side = side_near(tree, sides, ijk, x);
         values[b * field::Grid::kBrickVoxels + n] = static_cast<float>(std::copysign(distances[n], side));
       }
     }
