@@ -1,0 +1,110 @@
+#include <meniscus/base/error.h>
+#include <meniscus/scene/build_field.h>
+#include <meniscus/scene/file_field.h>
+#include <meniscus/scene/surface_source.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace meniscus::scene {
+namespace {
+
+constexpr double kVoxelsPerDiameter = 128;
+constexpr double kVoxelsPerRadius = 2;
+
+bool is_pattern(const std::string& path) { return io::FramePattern::parse(path).has_value(); }
+
+/// A file that exists and holds triangles.
+bool holds_faces(const io::Geometry& g) { return g.kind == io::Geometry::Kind::Mesh && !g.mesh.triangles.empty(); }
+
+double smallest_radius(const points::Cloud& cloud, std::optional<double> radius) {
+  if (radius) return *radius;
+  const auto own = cloud.attributes.values(attribute::kRadius, 1);
+  if (own.empty()) return default_radius(cloud).value_or(0);
+  return *std::min_element(own.begin(), own.end());
+}
+
+}  // namespace
+
+SurfaceSource::SurfaceSource(const std::vector<std::string>& inputs, SourceOptions options, const RunControl& run)
+    : inputs_(inputs), options_(std::move(options)) {
+  if (inputs_.empty()) throw InvalidInput("an input file is needed");
+  if (options_.radius && !(*options_.radius > 0)) throw InvalidInput("the radius must be above zero");
+  if (options_.fps && !(*options_.fps > 0)) throw InvalidInput("frames per second must be above zero");
+  const std::string format = io::format_of_path(inputs_[0]);
+  const bool one_file = inputs_.size() == 1 && !is_pattern(inputs_[0]);
+
+  if (one_file && format == "json") {
+    kind_ = Kind::Scene;
+    document_ = Document::load(inputs_[0]);
+    for (const auto& [name, value] : options_.set) document_->set_parameter(name, value);
+    field_ = build_field(*document_, run);
+    if (options_.frames) frames_ = *options_.frames;
+    return;
+  }
+  if (!options_.set.empty()) throw InvalidInput("--set changes parameters of a scene; " + inputs_[0] + " is none");
+  if (one_file && format == "vdb") {
+    kind_ = Kind::Grid;
+    field_ = field_from_grid(inputs_[0], run);
+    return;
+  }
+  if (one_file && io::count_frames(inputs_[0]) <= 1) {
+    const io::Geometry g = io::read_geometry(inputs_[0]);
+    if (holds_faces(g)) {
+      kind_ = Kind::Mesh;
+      field_ = field_from_mesh(g.mesh, inputs_[0], options_.voxel, run);
+      return;
+    }
+  }
+  kind_ = Kind::Particles;
+  io::SequenceOptions sequence;
+  sequence.frames = options_.frames;
+  sequence.missing = options_.missing;
+  sequence_.emplace(inputs_, sequence);
+  const bool several = sequence_->frames().size() > 1 || options_.frames.has_value() || !one_file;
+  if (several) frames_ = sequence_->frames();
+}
+
+SurfaceSource::~SurfaceSource() = default;
+SurfaceSource::SurfaceSource(SurfaceSource&&) noexcept = default;
+
+std::string_view SurfaceSource::kind_name() const {
+  switch (kind_) {
+    case Kind::Scene: return "scene";
+    case Kind::Mesh: return "mesh";
+    case Kind::Grid: return "grid";
+    case Kind::Particles: return "particles";
+  }
+  return "";
+}
+
+double SurfaceSource::frames_per_second() const {
+  return options_.fps.value_or(document_ ? document_->frames_per_second() : 24);
+}
+
+std::vector<long> SurfaceSource::all_frames() const {
+  if (sequence_) return frames_;
+  std::vector<long> all;
+  if (document_)
+    for (long f = document_->first_frame(); f <= document_->last_frame(); ++f) all.push_back(f);
+  return all;
+}
+
+Surface SurfaceSource::open(std::optional<long> frame, const RunControl& run) const {
+  Surface s;
+  if (sequence_) {
+    run.check();
+    s.particles = sequence_->read(frame.value_or(sequence_->frames().front()));
+    s.field = field_from_particles(s.particles, options_.radius);
+    s.voxel = smallest_radius(s.particles, options_.radius) / kVoxelsPerRadius;
+    return s;
+  }
+  s.field = field_->clone();
+  const double time = frame ? static_cast<double>(*frame) / frames_per_second() : options_.time.value_or(0);
+  s.field->set_time(time);
+  const Box bounds = s.field->bounds();
+  if (bounds.finite() && !bounds.empty()) s.voxel = bounds.diameter() / kVoxelsPerDiameter;
+  return s;
+}
+
+}  // namespace meniscus::scene
