@@ -86,12 +86,17 @@ TEST(PolygonizeGrid, TornBandIsClosedWhereItsBricksEnd) {
 TEST(PolygonizeGrid, LoneBricksOfNoiseAreClosed) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     std::vector<float> values;
-    for (std::uint64_t n = 0; n < 1024; ++n) values.push_back(static_cast<float>(random_uniform(seed, n, 0)[0] - 0.6));
+    for (std::uint64_t n = 0; n < 1024; ++n) {
+      const auto r = random_uniform(seed, n, 0);
+      // Zeros put vertices of many cells into one lattice point; they have to be parted again.
+      values.push_back(seed % 3 == 0 && r[1] < 0.2 ? 0 : static_cast<float>(r[0] - 0.6));
+    }
     const field::Grid grid(1, Vec3::Zero(), 3, {{-1, 0, 0}, {0, 1, seed % 2 == 0 ? 0 : 3}}, values);
-    const mesh::Audit audit = mesh::validate(polygonize_grid(grid).mesh);
-    ASSERT_TRUE(audit.closed() && audit.manifold() && audit.oriented()) << mesh::summary(audit);
+    const mesh::Mesh mesh = polygonize_grid(grid).mesh;
+    const mesh::Audit audit = mesh::validate(mesh);
+    ASSERT_TRUE(audit.good()) << mesh::summary(audit);
     // Both bricks are all there: no inside voxel without a surface about it.
-    ASSERT_GT(mesh::volume(polygonize_grid(grid).mesh), 300);
+    ASSERT_GT(mesh::volume(mesh), 250);
   }
 }
 

@@ -167,6 +167,28 @@ TEST(Polygonize, ScaleChangesNothingButScale) {
   }
 }
 
+// The same with a field whose values have no length in them, cut by a box.
+TEST(Polygonize, ScaleChangesNothingWhereABoxCuts) {
+  const auto make = [](double s) {
+    std::vector<Vec3> centers;
+    for (std::uint64_t i = 0; i < 30; ++i) {
+      const auto r = random_uniform(11, i, 0);
+      centers.emplace_back(s * Vec3(r[0], r[1], r[2]));
+    }
+    const Box box{Vec3(0.21, 0.22, 0.23) * s, Vec3(0.71, 0.72, 0.73) * s};
+    return meshed(*field::particles(centers, std::vector<double>{0.12 * s}), 0.0303 * s, box);
+  };
+  const PolygonizeResult one = make(1);
+  EXPECT_GT(one.report.vertices_at_box, 100U);
+  for (const double s : {0.01, 1000.0}) {
+    const PolygonizeResult r = make(s);
+    ASSERT_EQ(r.mesh.triangles, one.mesh.triangles);
+    EXPECT_EQ(r.report.vertices_bisected, one.report.vertices_bisected);
+    for (std::size_t v = 0; v < one.mesh.positions.size(); ++v)
+      ASSERT_LT((r.mesh.positions[v] / s - one.mesh.positions[v]).norm(), 1e-9);
+  }
+}
+
 TEST(Polygonize, SameBitsForAnyNumberOfThreads) {
   std::vector<Vec3> centers;
   for (std::uint64_t i = 0; i < 200; ++i) {

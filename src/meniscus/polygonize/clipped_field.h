@@ -5,10 +5,12 @@
 
 namespace meniscus::polygonize {
 
-/// A field cut off at a box: max(F, b) with b the signed distance past the nearest face plane. NaN counts as outside.
+/// A field cut off at a box: max(F, s·b) with b the signed distance past the nearest face plane. The slope s is that of F in
+/// the box, roughly, so that neither swamps the other whatever the units of F. NaN stays NaN. Box::everywhere() cuts nothing
+/// off.
 class ClippedField {
  public:
-  ClippedField(const field::Field& field, const Box& box) : field_(field), box_(box) {}
+  ClippedField(const field::Field& field, const Box& box);
 
   /// F, and ∇F where `out.order` asks for it.
   void evaluate(const field::Positions& x, const field::JetView& out) const;
@@ -22,6 +24,7 @@ class ClippedField {
 
   const field::Field& field_;
   Box box_;
+  double slope_ = 1;
 };
 
 }  // namespace meniscus::polygonize

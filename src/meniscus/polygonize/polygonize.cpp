@@ -29,13 +29,19 @@ void check(const PolygonizeOptions& options) {
     throw InvalidInput("polygonize: the box has a bound that is not a number");
 }
 
-/// The box to mesh in. The field's own bounds get room, so that clipping never touches the surface.
+/// The box to mesh in. The field's own bounds get room, so that the lattice's rim is outside.
 Box domain(const field::Field& field, const PolygonizeOptions& options) {
   if (options.box) return *options.box;
   const Box bounds = field.bounds();
   if (bounds.empty()) return bounds;
   if (!bounds.finite()) throw InvalidInput("polygonize: the surface has no finite bounds; give a box to mesh in");
   return bounds.padded(options.voxel);
+}
+
+/// Whether the surface may cross the faces of the box.
+bool leaves(const field::Field& field, const Box& box) {
+  const Box bounds = field.bounds();
+  return !bounds.empty() && !(box.contains(bounds.min) && box.contains(bounds.max));
 }
 
 Lattice lattice_over(const Box& box, double voxel) {
@@ -73,7 +79,7 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
   if (box.empty()) return result;
 
   const Lattice lattice = lattice_over(box, options.voxel);
-  const ClippedField clipped(field, box);
+  const ClippedField clipped(field, leaves(field, box) ? box : Box::everywhere());
   BricksNear near = bricks_near(clipped, lattice, options.max_cells, run);
   report.boxes_tested = near.boxes_tested;
   run.progress(0.2, "sampling");

@@ -33,7 +33,8 @@ Bracket bracket(const Shell& shell, std::size_t vertex, const Vec3& start, bool 
   for (std::size_t c = 0; c < place.corners.size(); ++c) {
     const Vec3 corner = shell.lattice.point(place.corners[c]);
     const double distance = (corner - start).squaredNorm();
-    if (place.inside[c] == starts_inside || distance >= nearest) continue;
+    // The margin keeps ties, frequent by symmetry, from being decided by rounding.
+    if (place.inside[c] == starts_inside || distance >= (1 - 1e-6) * nearest) continue;
     best = corner;
     nearest = distance;
   }
