@@ -6,8 +6,8 @@
 namespace meniscus::io {
 
 /// Reads a level set (a float grid with uniform voxels, no rotation) from a VDB file: the grid `name`, or the first float
-/// grid. Throws IoError for other kinds of grids and for files OpenVDB refuses. OpenVDB itself checks little: do not feed it
-/// files from strangers.
+/// grid. Throws IoError for other kinds of grids and for files OpenVDB refuses. OpenVDB itself checks little: a damaged file
+/// can make it hang.
 field::Grid read_vdb(const std::string& path, const std::optional<std::string>& name = {}, const ReadOptions& options = {});
 
 /// Names of the grids in a VDB file, each with its value type: "surface (float)".
