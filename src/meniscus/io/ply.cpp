@@ -271,7 +271,8 @@ RawGeometry read_body(Input& in, const Header& header, const Source& source, Rea
         warn(report, "ignored-element", "element '" + safe_name(element.name) + "' has no properties", source.path);
       continue;
     }
-    in.require(element.count, text ? 2 * element.properties.size() : smallest_entry(element), element.name);
+    in.require(element.count, text ? 2 * element.properties.size() : smallest_entry(element),
+               "entries of element '" + safe_name(element.name) + "'");
     if (element.name == "vertex" && !vertices) {
       vertices = true;
       if (!add_columns(read_table(in, element), out.mesh.positions, out.mesh.attributes))
