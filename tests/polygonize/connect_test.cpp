@@ -28,7 +28,8 @@ class NoiseSampler : public Sampler {
 
  private:
   double value(const Coord& c) const {
-    const auto key = static_cast<std::uint64_t>((c[0] + 1000) * 4'000'000 + (c[1] + 1000) * 2000 + c[2] + 1000);
+    const auto shifted = [&](std::size_t a) { return static_cast<std::uint64_t>(c[a] + 1000); };
+    const std::uint64_t key = (shifted(0) * 2000 + shifted(1)) * 2000 + shifted(2);
     const auto r = random_uniform(seed_, key, 0);
     const double u = r[0] - bias_;
     switch (noise_) {
