@@ -356,6 +356,13 @@ void Floaters::reorder(std::span<const std::uint32_t> order) {
   id_ = gathered(id_, order);
 }
 
+std::size_t Floaters::bytes() const {
+  const std::size_t doubles = 6 * (points_.x.capacity() + anchor_.x.capacity()) + sigma_.capacity() + energy_.capacity() +
+                              speed_.capacity() + wanted_.capacity() + reach_.capacity() + id_.capacity();
+  return 8 * doubles + 8 * neighbours_.first.capacity() + 4 * neighbours_.count.capacity() +
+         4 * neighbours_.index.capacity();
+}
+
 std::vector<double> Floaters::spacing() const {
   std::vector<double> s = sigma_;
   for (double& v : s) v *= std::sqrt(kTilePerRadius2 / (0.5 * std::sqrt(3.0)));

@@ -87,6 +87,9 @@ class Floaters {
   points::Cloud cloud(const field::Field& surface, std::size_t* dropped = nullptr) const;
   Evenness measured(const field::Field& surface) const;
 
+  /// Memory held, neighbour lists included.
+  std::size_t bytes() const;
+
   /// Adds a particle; its radius is the largest one unless given. For tests and for starts of one's own.
   void add(const Vec3& position, const Vec3& normal, std::optional<double> radius = {});
 

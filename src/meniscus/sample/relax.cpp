@@ -1,7 +1,9 @@
 #include <meniscus/base/parallel.h>
+#include <meniscus/field/cpu.h>
 #include <meniscus/sample/neighbour_grid.h>
 #include <meniscus/sample/projection.h>
 #include <meniscus/sample/relax.h>
+#include <meniscus/sample/relax_kernel.h>
 
 #include <algorithm>
 #include <array>
@@ -16,34 +18,10 @@ constexpr double kStale = 0.1;    // mean displacement, in spacings, at which li
 constexpr double kMaxMove = 0.2;  // spacings per step
 constexpr double kMaxForce = 0.1;  // the same, for the part that comes from the force alone
 
-/// Minus the first derivative and the second derivative of w at x = 1 − r/h.
-struct Smooth {
-  static double push(double x) { return 4 * x * x * x; }
-  static double stiffness(double x) { return 12 * x * x; }
-};
-struct Contact {
-  static double push(double x) { return 2 * x; }
-  static double stiffness(double) { return 2; }
-};
-
-/// Force and stiffness that its neighbours exert on particle i.
-template <class Kernel>
-Vec3 newton_direction(const SurfacePoints& p, std::size_t i, std::span<const std::uint32_t> neighbours,
-                      const double* spacing, double reach) {
-  double fx = 0, fy = 0, fz = 0, stiffness = 0;
-  for (const std::uint32_t j : neighbours) {
-    const double dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
-    const double r2 = dx * dx + dy * dy + dz * dz, h = 0.5 * reach * (spacing[i] + spacing[j]);
-    if (r2 >= h * h || !(r2 > 0)) continue;
-    const double weight = same_sheet(p, i, j), r = std::sqrt(r2), x = 1 - r / h;
-    const double push = weight * Kernel::push(x) / (h * r);
-    fx += push * dx;
-    fy += push * dy;
-    fz += push * dz;
-    stiffness += weight * Kernel::stiffness(x) / (h * h);
-  }
-  // Half the trace: the mean over the two tangent directions.
-  return stiffness > 0 ? Vec3(2 / stiffness * Vec3(fx, fy, fz)) : Vec3(Vec3::Zero());
+relax_kernel::PairKernel kernel_for(RelaxOptions::Kernel kernel) {
+  using namespace relax_kernel;
+  if (kernel == RelaxOptions::Kernel::Smooth) return field::has_avx2() ? smooth_avx2 : pair_force<Smooth>;
+  return field::has_avx2() ? contact_avx2 : pair_force<Contact>;
 }
 
 Vec3 shortened(const Vec3& v, double longest) {
@@ -56,17 +34,20 @@ class Relaxation {
  public:
   Relaxation(const field::Field& surface, const Box& box, SurfacePoints& points, std::span<const double> spacing,
              const RelaxOptions& options)
-      : surface_(surface), box_(box), now_(points), spacing_(spacing), options_(options), next_(points) {
+      : surface_(surface),
+        box_(box),
+        now_(points),
+        spacing_(spacing),
+        options_(options),
+        kernel_(kernel_for(options.kernel)),
+        next_(points) {
     for (auto* a : {&vx_, &vy_, &vz_}) a->assign(points.size(), 0.0);
   }
 
   void run(const RunControl& control) {
     for (int s = 0; s < options_.steps; ++s) {
       if (moved_ > kStale) rebuild(control);
-      if (options_.kernel == RelaxOptions::Kernel::Smooth)
-        step<Smooth>(control);
-      else
-        step<Contact>(control);
+      step(control);
       std::swap(now_, next_);
       control.progress(static_cast<double>(s + 1) / options_.steps);
     }
@@ -77,27 +58,34 @@ class Relaxation {
     std::vector<double> reach(spacing_.begin(), spacing_.end());
     for (double& r : reach) r *= options_.reach + kSkin;
     neighbours_ = find_neighbours(now_.positions(), reach, control);
+    // Only those of the same sheet repel.
+    parallel_for(now_.size(), 1024, control, [&](std::size_t i) {
+      std::uint32_t* list = neighbours_.index.data() + neighbours_.first[i];
+      std::uint32_t kept = 0;
+      for (std::uint32_t k = 0; k < neighbours_.count[i]; ++k)
+        if (same_sheet(now_, i, list[k]) >= 0.5) list[kept++] = list[k];
+      neighbours_.count[i] = kept;
+    });
     anchor_x_ = now_.x;
     anchor_y_ = now_.y;
     anchor_z_ = now_.z;
     moved_ = 0;
   }
 
-  template <class Kernel>
   void step(const RunControl& control) {
     moved_ = parallel_reduce(
-        now_.size(), field::kBlock, control, 0.0,
-        [&](std::size_t begin, std::size_t end) { return step_block<Kernel>(begin, end); },
+        now_.size(), field::kBlock, control, 0.0, [&](std::size_t begin, std::size_t end) { return step_block(begin, end); },
         [](double a, double b) { return a + b; });
     moved_ /= static_cast<double>(now_.size());
   }
 
   /// Returns the sum of displacements since the lists were built, in spacings.
-  template <class Kernel>
   double step_block(std::size_t begin, std::size_t end) {
     std::array<double, 4 * field::kBlock> rows;
     const field::JetView jets{rows.data(), field::kBlock, end - begin, field::Order::Gradient};
     surface_.evaluate(now_.positions().part(begin, end - begin), jets);
+    const relax_kernel::PairInput pairs_in{now_.x.data(), now_.y.data(), now_.z.data(), spacing_.data(),
+                                           0.5 * options_.reach};
     double moved = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 p = now_.position(i), g = jets.gradient(i - begin);
@@ -108,7 +96,10 @@ class Relaxation {
         continue;
       }
       const Vec3 n = g / slope;
-      Vec3 force = newton_direction<Kernel>(now_, i, neighbours_.of(i), spacing_.data(), options_.reach);
+      const relax_kernel::PairForce pairs =
+          kernel_(pairs_in, static_cast<std::uint32_t>(i), neighbours_.of(i).data(), neighbours_.count[i]);
+      // Half the trace: the mean over the two tangent directions.
+      Vec3 force = pairs.stiffness > 0 ? Vec3(2 / pairs.stiffness * Vec3(pairs.x, pairs.y, pairs.z)) : Vec3(Vec3::Zero());
       force = shortened(options_.step * (force - force.dot(n) * n), kMaxForce * spacing_[i]);
       Vec3 velocity(vx_[i], vy_[i], vz_[i]);
       velocity = options_.momentum * velocity + force;
@@ -131,6 +122,7 @@ class Relaxation {
   SurfacePoints& now_;
   std::span<const double> spacing_;
   const RelaxOptions& options_;
+  relax_kernel::PairKernel kernel_;
   SurfacePoints next_;
   std::vector<double> vx_, vy_, vz_;
   std::vector<double> anchor_x_, anchor_y_, anchor_z_;

@@ -18,6 +18,7 @@ constexpr double kSeedCells = 64;       // along the longest side of the box
 constexpr double kFrontDensity = 0.97;  // a grown front holds about this share of the hexagonal count
 constexpr double kContact = 0.88;       // spacings below which the closing stage pushes pairs apart,
 constexpr double kHardContact = 0.915;  // and where there is room for more
+constexpr double kCountRoom = 0.01;
 constexpr int kPilots = 4;
 constexpr int kHealRounds = 3;
 constexpr double kLargestHole = 1.22;  // empty circles above this, in those of the hexagonal lattice, get a point
@@ -87,8 +88,10 @@ class Spreading {
     fit_spacing(population_, box_, run_);
     using enum RelaxOptions::Kernel;
     relax_by({.kernel = Smooth, .reach = 2, .steps = options_.fast ? 8 : std::min(20, options_.steps), .momentum = 0.8});
-    if (!options_.fast || options_.count)
-      reached_ = reach_count(surface_, box_, options_.density, count, options_.count ? 30 : 4, population_, run_);
+    // A wanted spacing leaves the count a little room.
+    const double off = std::abs(static_cast<double>(population_.points.size()) / static_cast<double>(count) - 1);
+    if (options_.count || (off > kCountRoom && !options_.fast))
+      reach_count(surface_, box_, options_.density, count, options_.count ? 30 : 2, population_, run_);
     if (options_.fast) {
       relax_by({.kernel = Smooth, .reach = 2, .steps = 4, .momentum = 0.8});
       return;
@@ -106,7 +109,7 @@ class Spreading {
   /// Lifts the smallest distances; harder only where that does not tear holes.
   void close() {
     constexpr auto contact = [](double reach) {
-      return RelaxOptions{.kernel = RelaxOptions::Kernel::Contact, .reach = reach, .steps = 30, .momentum = 0, .step = 0.3};
+      return RelaxOptions{.kernel = RelaxOptions::Kernel::Contact, .reach = reach, .steps = 40, .momentum = 0, .step = 0.3};
     };
     relax_by(contact(kContact));
     const Population before = population_;
@@ -115,13 +118,21 @@ class Spreading {
     if (largest_hole() > std::max(kLargestHole, cover)) population_ = before;
   }
 
-  double largest_hole() const { return evenness(surface_, box_, population_.points, population_.spacing, run_).cover; }
+  /// The largest empty circle in those of the hexagonal lattice.
+  double largest_hole() const {
+    double largest = 0;
+    const SurfacePoints& points = population_.points;
+    for (const CellMeasure& c :
+         measure_cells(points, population_.spacing, cell_neighbours(points, population_.spacing, run_), box_, run_))
+      if (!c.open) largest = std::max(largest, std::sqrt(3.0) * c.farthest / c.local_spacing);
+    return largest;
+  }
 
   void relax_by(const RelaxOptions& stage) {
     if (!options_.density.uniform()) {
       population_.spacing = wanted_spacing(surface_, options_.density, base_spacing_, population_.points, run_);
+      fit_spacing(population_, box_, run_);
     }
-    fit_spacing(population_, box_, run_);
     relax(surface_, box_, population_.points, population_.spacing, stage, run_);
     report_.steps += stage.steps;
   }
@@ -135,7 +146,7 @@ class Spreading {
       if (arrived[i]) kept.push_back(i);
     report_.quarantined = arrived.size() - kept.size();
     population_ = {population_.points.gathered(kept), gathered(population_.spacing, kept)};
-    fit_spacing(population_, box_, run_);
+    if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);
     if (!kept.empty()) report_.spacing = *std::max_element(population_.spacing.begin(), population_.spacing.end());
     report_.evenness = evenness(surface_, box_, population_.points, population_.spacing, run_);
     report_.state = capped_                                                          ? SpreadState::PopulationCap
@@ -155,7 +166,6 @@ class Spreading {
   double tolerance_;
   double base_spacing_ = 0;
   bool capped_ = false;
-  bool reached_ = true;
   Population population_;
   SpreadReport report_;
 };

@@ -34,15 +34,23 @@ void SurfaceCell::build(const SurfacePoints& points, std::size_t i, std::span<co
     if (!(chord > 0) || chord > 2.9 * limit) continue;
     // The geodesic's start direction times its length, to third order: d less its fall times the turn of the normal.
     const Vec3 unrolled = d - d.dot(n) / 3 * (points.normal(j) - n);
-    const double u = unrolled.dot(axis_u_), v = unrolled.dot(axis_v_), arc = std::hypot(u, v);
+    const double u = unrolled.dot(axis_u_), v = unrolled.dot(axis_v_), arc = std::sqrt(u * u + v * v);
     if (arc > 0) candidates_.push_back({arc, u, v, j});
   }
-  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+  // Nearest first, until none farther can reach the cell. Most cells are done with the nearer half.
+  const auto nearer = [](const Candidate& a, const Candidate& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
-  });
-  for (const Candidate& c : candidates_) {
-    if (c.distance * c.distance > 4 * farthest2()) break;
-    cut(c.u, c.v, 0.5 * c.distance * c.distance, c.index);
+  };
+  const auto middle = std::partition(candidates_.begin(), candidates_.end(),
+                                     [limit](const Candidate& c) { return c.distance < 1.3 * limit; });
+  std::sort(candidates_.begin(), middle, nearer);
+  for (auto c = candidates_.begin(); c != candidates_.end(); ++c) {
+    if (c == middle) {
+      if (1.3 * limit * 1.3 * limit > 4 * farthest2()) break;
+      std::sort(middle, candidates_.end(), nearer);
+    }
+    if (c->distance * c->distance > 4 * farthest2()) break;
+    cut(c->u, c->v, 0.5 * c->distance * c->distance, c->index);
   }
   cut_box(box, limit);
 }
