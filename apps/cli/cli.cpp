@@ -263,4 +263,12 @@ Vec3 parse_vector(const std::string& text, const std::string& option) {
   return v;
 }
 
+Box parse_box(const std::string& text) {
+  const auto arrow = text.find("->");
+  if (arrow == std::string::npos) throw UsageError("--box takes \"x,y,z -> x,y,z\", not '" + text + "'");
+  const Box b{parse_vector(text.substr(0, arrow), "--box"), parse_vector(text.substr(arrow + 2), "--box")};
+  if (b.empty()) throw UsageError("--box: the first corner must be the lower one");
+  return b;
+}
+
 }  // namespace meniscus::cli

@@ -123,11 +123,14 @@ nlohmann::json to_json(const Box& box);
 std::string grouped(std::size_t n);
 /// "x,y,z" as a vector; throws UsageError that names `option`.
 Vec3 parse_vector(const std::string& text, const std::string& option);
+/// "x,y,z -> x,y,z", the lower corner first, as a box; throws UsageError.
+Box parse_box(const std::string& text);
 
 using AddVerb = void (*)(CLI::App& app, Session& session);
 
 void add_info(CLI::App& app, Session& session);
 void add_mesh(CLI::App& app, Session& session);
+void add_sample(CLI::App& app, Session& session);
 void add_render(CLI::App& app, Session& session);
 void add_convert(CLI::App& app, Session& session);
 void add_check(CLI::App& app, Session& session);

@@ -20,14 +20,6 @@ struct MeshVerb {
   polygonize::PolygonizeOptions options(const scene::Surface& surface) const;
 };
 
-Box parse_box(const std::string& text) {
-  const auto arrow = text.find("->");
-  if (arrow == std::string::npos) throw UsageError("--box takes \"x,y,z -> x,y,z\", not '" + text + "'");
-  const Box b{parse_vector(text.substr(0, arrow), "--box"), parse_vector(text.substr(arrow + 2), "--box")};
-  if (b.empty()) throw UsageError("--box: the first corner must be the lower one");
-  return b;
-}
-
 polygonize::PolygonizeOptions MeshVerb::options(const scene::Surface& surface) const {
   polygonize::PolygonizeOptions o;
   if (!box.empty()) o.box = parse_box(box);

@@ -56,6 +56,11 @@ Floaters::Floaters(const Box& box, const FloaterOptions& options, RunControl run
   check(box, options);
 }
 
+void Floaters::set_box(const Box& box) {
+  check(box, options_);
+  box_ = box;
+}
+
 double Floaters::largest_radius() const {
   return options_.largest_radius.value_or(std::max(0.5 * surface_size_, 1.5 * options_.radius));
 }

@@ -69,6 +69,9 @@ class Floaters {
   /// options.time_step in any case. The first step places the seeds: one on each component found.
   FloaterStep step(const field::Field& surface, double dt = 0);
 
+  /// The box from now on, for a surface that leaves the old one. Throws InvalidInput if it is empty or not finite.
+  void set_box(const Box& box);
+
   /// Steps until nothing is born or dies for 20 steps and all are near equilibrium, or `max_steps`. Returns steps made.
   int settle(const field::Field& surface, int max_steps);
 
