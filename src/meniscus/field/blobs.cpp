@@ -183,38 +183,35 @@ void BlobSum::for_groups(const Positions& x, const Visit& visit) const {
   std::vector<std::uint32_t> group;
   const auto count = static_cast<std::uint32_t>(index_.order().size());
 
-  // Points by cell. The hash only brings equal cells together; cells themselves are compared.
-  struct Keyed {
-    std::uint64_t key;
-    std::uint32_t point;
-    ReachIndex::Cell cell;
-  };
-  std::vector<Keyed> inside;
+  // Points by cell: a hash brings equal cells together, with the point's number in its low half so that plain integers are
+  // sorted; cells themselves are compared.
+  std::vector<std::uint64_t> keys;
+  std::vector<ReachIndex::Cell> cells(x.size);
   for (std::uint32_t i = 0; i < x.size; ++i) {
     const Vec3 p = x[i];
     if (count == 0 || !index_.bounds().contains(p)) {
       group.push_back(i);
       continue;
     }
-    const auto cell = count <= kFewBlobs ? ReachIndex::Cell{0, 0, 0} : index_.cell(p);
-    const auto mix = static_cast<std::uint64_t>(cell[0]) * 0x9e3779b97f4a7c15u ^
-                     static_cast<std::uint64_t>(cell[1]) * 0xc2b2ae3d27d4eb4fu ^
-                     static_cast<std::uint64_t>(cell[2]) * 0x165667b19e3779f9u;
-    inside.push_back({mix, i, cell});
+    cells[i] = count <= kFewBlobs ? ReachIndex::Cell{0, 0, 0} : index_.cell(p);
+    const auto mix = static_cast<std::uint64_t>(cells[i][0]) * 0x9e3779b97f4a7c15u ^
+                     static_cast<std::uint64_t>(cells[i][1]) * 0xc2b2ae3d27d4eb4fu ^
+                     static_cast<std::uint64_t>(cells[i][2]) * 0x165667b19e3779f9u;
+    keys.push_back((mix & 0xffffffff00000000u) | i);
   }
   if (!group.empty()) visit(ranges, group);
 
-  std::sort(inside.begin(), inside.end(),
-            [](const Keyed& a, const Keyed& b) { return a.key != b.key ? a.key < b.key : a.point < b.point; });
-  for (std::size_t i = 0; i < inside.size();) {
+  std::sort(keys.begin(), keys.end());
+  const auto point = [&](std::size_t k) { return static_cast<std::uint32_t>(keys[k] & 0xffffffffu); };
+  for (std::size_t k = 0; k < keys.size();) {
+    const ReachIndex::Cell cell = cells[point(k)];
     ranges.clear();
     group.clear();
     if (count <= kFewBlobs)
       ranges.push_back({0, count});
     else
-      index_.candidates(inside[i].cell, ranges);
-    const ReachIndex::Cell cell = inside[i].cell;
-    for (; i < inside.size() && inside[i].cell == cell; ++i) group.push_back(inside[i].point);
+      index_.candidates(cell, ranges);
+    for (; k < keys.size() && cells[point(k)] == cell; ++k) group.push_back(point(k));
     visit(ranges, group);
   }
 }
