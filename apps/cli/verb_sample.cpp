@@ -13,7 +13,7 @@
 namespace meniscus::cli {
 namespace {
 
-constexpr int kStepsPerFrame = 8;  // of floaters that follow a moving surface
+constexpr int kStepsPerFrame = 16;  // of floaters that follow a moving surface
 constexpr int kSettleSteps = 400;
 constexpr double kRestSpacing = 2.017;  // of floaters, in radii
 constexpr double kRoom = 1.2;  // σ̂ over the radius of the wanted spacing: radii at rest lie anywhere from 0.7 σ̂ to σ̂
@@ -66,8 +66,9 @@ sample::SpreadOptions SampleVerb::options(const Box& where) const {
 
 sample::FloaterOptions SampleVerb::floater_options(double radius, const Box& where) const {
   using Method = sample::FloaterOptions::Method;
-  return {
-      .radius = radius, .method = method == "global" ? Method::Global : Method::Adaptive, .density = options(where).density};
+  return {.radius = kRoom * radius,
+          .method = method == "global" ? Method::Global : Method::Adaptive,
+          .density = options(where).density};
 }
 
 /// Floaters from one seed per component, as in the paper.

@@ -137,17 +137,30 @@ class Spreading {
     report_.steps += stage.steps;
   }
 
-  Sampling finished() {
+  /// Puts all points on the surface and drops those that cannot be; returns how many.
+  std::size_t drop_failed() {
+    if (population_.points.empty()) return 0;
     const double reach = *std::max_element(population_.spacing.begin(), population_.spacing.end());
     const std::vector<std::uint8_t> arrived =
         project(surface_, box_, {.tolerance = tolerance_, .max_distance = reach}, population_.points, run_);
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < arrived.size(); ++i)
       if (arrived[i]) kept.push_back(i);
-    report_.quarantined = arrived.size() - kept.size();
     population_ = {population_.points.gathered(kept), gathered(population_.spacing, kept)};
+    return arrived.size() - kept.size();
+  }
+
+  Sampling finished() {
+    std::size_t failed = drop_failed();
+    report_.quarantined = failed;
+    // What a quarantined point leaves is made good elsewhere, if a count was asked for.
+    for (int round = 0; round < kPilots && options_.count && failed > 0; ++round) {
+      reach_count(surface_, box_, options_.density, *options_.count, kPilots, population_, run_);
+      failed = drop_failed();
+    }
     if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);
-    if (!kept.empty()) report_.spacing = *std::max_element(population_.spacing.begin(), population_.spacing.end());
+    if (!population_.points.empty())
+      report_.spacing = *std::max_element(population_.spacing.begin(), population_.spacing.end());
     report_.evenness = evenness(surface_, box_, population_.points, population_.spacing, run_);
     report_.state = capped_                                                          ? SpreadState::PopulationCap
                     : options_.count && population_.points.size() != *options_.count ? SpreadState::CountMissed
