@@ -1,29 +1,17 @@
+#include <meniscus/field/cpu.h>
 #include <meniscus/sample/repulsion.h>
-
-#include <cmath>
+#include <meniscus/sample/repulsion_kernel.h>
 
 namespace meniscus::sample {
 
 Repulsion repulsion(const SurfacePoints& p, std::span<const double> sigma, double alpha, std::size_t i,
                     std::span<const std::uint32_t> neighbours) {
-  const double xi = p.x[i], yi = p.y[i], zi = p.z[i], si2 = sigma[i] * sigma[i];
-  const double reach2 = kRepulsionReach * kRepulsionReach;
-  double px = 0, py = 0, pz = 0, energy = 0, moment = 0;
-  for (const std::uint32_t j : neighbours) {
-    const double dx = xi - p.x[j], dy = yi - p.y[j], dz = zi - p.z[j];
-    const double r2 = dx * dx + dy * dy + dz * dz, sj2 = sigma[j] * sigma[j];
-    if (r2 >= reach2 * (si2 > sj2 ? si2 : sj2)) continue;
-    const double weight = alpha * same_sheet(p, i, j);
-    const double own = weight * std::exp(-0.5 * r2 / si2);
-    const double other = sj2 == si2 ? own : weight * std::exp(-0.5 * r2 / sj2);
-    const double push = own + si2 / sj2 * other;
-    px += push * dx;
-    py += push * dy;
-    pz += push * dz;
-    energy += own;
-    moment += r2 * own;
-  }
-  return {{px, py, pz}, energy, moment / (si2 * sigma[i])};
+  const repulsion_kernel::Input in{p.x.data(),   p.y.data(),  p.z.data(),
+                                   p.nx.data(),  p.ny.data(), p.nz.data(),
+                                   sigma.data(), alpha,       kRepulsionReach * kRepulsionReach};
+  const auto kernel = field::has_avx2() ? repulsion_kernel::sums_avx2 : repulsion_kernel::sums;
+  const auto s = kernel(in, static_cast<std::uint32_t>(i), neighbours.data(), static_cast<std::uint32_t>(neighbours.size()));
+  return {{s.px, s.py, s.pz}, s.energy, s.moment / (sigma[i] * sigma[i] * sigma[i])};
 }
 
 }  // namespace meniscus::sample
