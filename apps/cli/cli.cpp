@@ -254,7 +254,8 @@ Vec3 parse_vector(const std::string& text, const std::string& option) {
   for (int a = 0; a < 3; ++a) {
     const std::size_t comma = a < 2 ? text.find(',', begin) : text.size();
     double value = 0;
-    if (comma == std::string::npos || !CLI::detail::lexical_cast(text.substr(begin, comma - begin), value) ||
+    if (comma == std::string::npos ||
+        !CLI::detail::lexical_cast(CLI::detail::trim_copy(text.substr(begin, comma - begin)), value) ||
         !std::isfinite(value))
       throw UsageError(option + " takes three numbers x,y,z, not '" + text + "'");
     v[a] = value;
