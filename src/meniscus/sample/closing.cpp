@@ -58,14 +58,14 @@ std::size_t insert(const field::Field& surface, const Box& box, std::size_t coun
   }
   std::vector<std::uint32_t> order = by_falling(emptiness);
   std::erase_if(order, [&](std::uint32_t i) { return emptiness[i] < least; });
-  const std::vector<std::uint32_t> where = spread_out(order, corners, p, box, count);
+  const std::vector<std::uint32_t> where = spread_out(order, corners, p, box, count + count / 8 + 8);  // some fail
   SurfacePoints added;
   for (const std::uint32_t i : where) added.push_back(corners[i], p.points.normal(i));
   const double step = *std::max_element(p.spacing.begin(), p.spacing.end());
   const std::vector<std::uint8_t> arrived =
-      project(surface, box, {.tolerance = 1e-3 * step, .max_distance = step, .iterations = 8}, added, run);
+      project(surface, box, {.tolerance = 1e-9 * step, .max_distance = step}, added, run);
   std::size_t inserted = 0;
-  for (std::size_t k = 0; k < where.size(); ++k) {
+  for (std::size_t k = 0; k < where.size() && inserted < count; ++k) {
     if (!arrived[k] || same_sheet(added.nx[k], added.ny[k], added.nz[k], p.points.nx[where[k]], p.points.ny[where[k]],
                                   p.points.nz[where[k]]) <= 0)
       continue;

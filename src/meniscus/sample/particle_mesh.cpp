@@ -14,6 +14,7 @@ namespace meniscus::sample {
 namespace {
 
 constexpr std::size_t kLongestGap = 12;  // edges of a gap that is closed
+constexpr int kRepairs = 4;
 
 struct Sheet {
   SurfacePoints points;
@@ -72,6 +73,12 @@ class Assembly {
   bool add(const Triangle& t) {
     for (std::size_t k = 0; k < 3; ++k)
       if (used_.count({t[k], t[(k + 1) % 3]}) != 0) return false;
+    // Nor its own reverse: a triangle with two faces encloses nothing.
+    const auto back = used_.find({t[1], t[0]});
+    if (back != used_.end()) {
+      const Triangle& r = triangles_[static_cast<std::size_t>(back->second)];
+      if (std::find(r.begin(), r.end(), t[2]) != r.end()) return false;
+    }
     const Vec3 a = at(t[0]), normal = (at(t[1]) - a).cross(at(t[2]) - a);
     if (!(normal.norm() > 0)) return false;
     for (std::size_t k = 0; k < 3; ++k) used_[{t[k], t[(k + 1) % 3]}] = static_cast<std::int32_t>(triangles_.size());
@@ -110,11 +117,56 @@ class Assembly {
     return made;
   }
 
-  std::vector<Triangle> triangles() const { return triangles_; }
+  /// Where several fans of triangles meet in one vertex, keeps the largest. Returns how many triangles went.
+  std::size_t separate_fans() {
+    std::vector<std::vector<std::int32_t>> incident(points_.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      for (const std::int32_t v : triangles_[t])
+        incident[static_cast<std::size_t>(v)].push_back(static_cast<std::int32_t>(t));
+    std::vector<std::uint8_t> gone(triangles_.size(), 0);
+    for (std::size_t v = 0; v < incident.size(); ++v)
+      for (const std::int32_t t : lesser_fans(static_cast<std::int32_t>(v), incident[v]))
+        gone[static_cast<std::size_t>(t)] = 1;
+    std::vector<Triangle> kept;
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      if (!gone[t]) kept.push_back(triangles_[t]);
+    const std::size_t removed = triangles_.size() - kept.size();
+    if (removed == 0) return 0;
+    triangles_.clear();
+    used_.clear();
+    for (const Triangle& t : kept) add(t);
+    return removed;
+  }
+
+  const std::vector<Triangle>& triangles() const { return triangles_; }
   bool has(const Edge& e) const { return used_.count(e) != 0; }
   const std::map<Edge, std::int32_t>& edges() const { return used_; }
 
  private:
+  /// The triangles about v outside its largest fan.
+  std::vector<std::int32_t> lesser_fans(std::int32_t v, std::vector<std::int32_t> around) const {
+    std::vector<std::int32_t> largest, rest;
+    while (!around.empty()) {
+      // Grow one fan across the edges at v.
+      std::vector<std::int32_t> fan{around.back()};
+      around.pop_back();
+      for (std::size_t k = 0; k < fan.size(); ++k)
+        for (auto t = around.begin(); t != around.end();) {
+          const bool touches = shares_edge_at(v, fan[k], *t);
+          if (touches) fan.push_back(*t);
+          t = touches ? around.erase(t) : t + 1;
+        }
+      if (fan.size() > largest.size()) largest.swap(fan);
+      rest.insert(rest.end(), fan.begin(), fan.end());
+    }
+    return rest;
+  }
+  bool shares_edge_at(std::int32_t v, std::int32_t s, std::int32_t t) const {
+    for (const std::int32_t a : triangles_[static_cast<std::size_t>(s)])
+      for (const std::int32_t b : triangles_[static_cast<std::size_t>(t)])
+        if (a == b && a != v) return true;
+    return false;
+  }
   Vec3 at(std::int32_t i) const { return points_.position(static_cast<std::size_t>(i)); }
   static Triangle ear(const std::vector<std::int32_t>& loop, std::size_t k) {
     const std::size_t n = loop.size();
@@ -187,7 +239,10 @@ mesh::Mesh particle_mesh(const points::Cloud& sampling, const Box& box, Particle
       if (end - t == votes) assembly.add(*t);
       t = end;
     }
-  const std::size_t filled = close_gaps(assembly);
+  std::size_t filled = close_gaps(assembly);
+  for (int round = 0; round < kRepairs && assembly.separate_fans() > 0; ++round) filled += close_gaps(assembly);
+  while (assembly.separate_fans() > 0) {
+  }
 
   mesh::Mesh mesh;
   mesh.positions = sampling.positions;

@@ -22,7 +22,8 @@ struct ParticleMeshReport {
 /// every particle in its tangent plane, a triangle where all three corners agree; small gaps where they do not are closed.
 /// Vertices are the particles in order, with all their attributes. On an even sampling with spacing below about half the
 /// smallest radius of curvature and distance between sheets the mesh is closed and manifold; otherwise the report says what
-/// is missing. No edge ever has more than two triangles. Deterministic; O(n). Throws InvalidInput without N or pscale.
+/// is missing. Always oriented and manifold: no edge has more than two triangles, no vertex more than one fan.
+/// Deterministic; O(n). Throws InvalidInput without N or pscale.
 mesh::Mesh particle_mesh(const points::Cloud& sampling, const Box& box, ParticleMeshReport* report = nullptr,
                          const RunControl& run = {});
 

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace meniscus::sample {
 namespace {
+
+constexpr double kProgress = 0.7;  // |F| must fall to this share in a step, or the next one is halved
 
 Vec3 clamped(const Box& box, const Vec3& p) { return p.cwiseMax(box.min).cwiseMin(box.max); }
 
@@ -19,6 +22,8 @@ void project_block(const field::Field& surface, const Box& box, const Projection
     points.set_position(i, clamped(box, points.position(i)));
     start[i - begin] = points.position(i);
   }
+  // Across a crease of F plain Newton steps can jump back and forth for ever: a point that came no nearer steps shorter.
+  std::vector<double> damping(active.size(), 1.0), last(active.size(), std::numeric_limits<double>::infinity());
   field::PositionBatch batch(active.size());
   field::JetBatch jets(active.size(), field::Order::Gradient);
   for (int iteration = 0; iteration <= options.iterations && !active.empty(); ++iteration) {
@@ -36,7 +41,9 @@ void project_block(const field::Field& surface, const Box& box, const Projection
         arrived[i] = 1;
         continue;
       }
-      const Vec3 next = clamped(box, p + newton_step(box, p, f, g));
+      if (std::abs(f) > kProgress * last[i - begin]) damping[i - begin] *= 0.5;
+      last[i - begin] = std::abs(f);
+      const Vec3 next = clamped(box, p + damping[i - begin] * newton_step(box, p, f, g));
       if (!next.allFinite() || (next - start[i - begin]).norm() > options.max_distance) continue;
       points.set_position(i, next);
       active[kept++] = i;

@@ -13,7 +13,7 @@ namespace meniscus::sample {
 struct ProjectionOptions {
   double tolerance = 0;     ///< distance |F|/|∇F| that counts as on the surface, world units
   double max_distance = 0;  ///< farther than this from its start a point has lost its sheet and fails, world units
-  int iterations = 30;
+  int iterations = 60;      ///< plain Newton needs 3 to 6; creases of F take more
 };
 
 /// Moves points onto F = 0 inside `box` by Newton steps x ← x − F ∇F/|∇F|², and sets their normals. [SS11 (4.3)]

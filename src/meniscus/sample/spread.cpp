@@ -36,6 +36,10 @@ void check(const Box& box, const SpreadOptions& options) {
   check(options.density);
 }
 
+RelaxOptions contact(double reach) {
+  return {.kernel = RelaxOptions::Kernel::Contact, .reach = reach, .steps = 40, .momentum = 0, .step = 0.3};
+}
+
 /// The stages of a run over one surface.
 class Spreading {
  public:
@@ -108,9 +112,6 @@ class Spreading {
 
   /// Lifts the smallest distances; harder only where that does not tear holes.
   void close() {
-    constexpr auto contact = [](double reach) {
-      return RelaxOptions{.kernel = RelaxOptions::Kernel::Contact, .reach = reach, .steps = 40, .momentum = 0, .step = 0.3};
-    };
     relax_by(contact(kContact));
     const Population before = population_;
     const double cover = largest_hole();
@@ -156,6 +157,7 @@ class Spreading {
     // What a quarantined point leaves is made good elsewhere, if a count was asked for.
     for (int round = 0; round < kPilots && options_.count && failed > 0; ++round) {
       reach_count(surface_, box_, options_.density, *options_.count, kPilots, population_, run_);
+      if (!options_.fast) relax_by(contact(kContact));
       failed = drop_failed();
     }
     if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);
