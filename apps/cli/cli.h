@@ -132,6 +132,8 @@ void add_info(CLI::App& app, Session& session);
 void add_mesh(CLI::App& app, Session& session);
 void add_sample(CLI::App& app, Session& session);
 void add_render(CLI::App& app, Session& session);
+void add_skin(CLI::App& app, Session& session);
+void add_morph(CLI::App& app, Session& session);
 void add_convert(CLI::App& app, Session& session);
 void add_check(CLI::App& app, Session& session);
 void add_schema(CLI::App& app, Session& session);

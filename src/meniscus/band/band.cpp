@@ -191,6 +191,16 @@ double Band::sample(const Vec3& x, bool* known) const {
   return sum;
 }
 
+Vec3 surface_normal(const Band& band, const Vec3& x) {
+  Vec3 g;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 d = 0.5 * band.voxel() * Vec3::Unit(a);
+    g[a] = band.sample(x + d) - band.sample(x - d);
+  }
+  const double length = g.norm();
+  return length > 0 ? Vec3(g / length) : Vec3(Vec3::Zero());
+}
+
 void Band::keep_surface(const RunControl& run) {
   std::vector<char> far(bricks_.size());
   parallel_for(bricks_.size(), 16, run, [&](std::size_t b) {

@@ -89,6 +89,9 @@ class Band {
   std::vector<std::uint32_t> slots_;  // open addressing, brick number + 1
 };
 
+/// Unit outward normal by differences of a voxel; zero where the samples are flat.
+Vec3 surface_normal(const Band& band, const Vec3& x);
+
 /// Copies the samples of a brick and two more on every side into `halo` (kHaloSize floats) from an array that runs along
 /// the band's bricks; beyond bricks the value is `outside` or `inside`.
 void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, float* halo);

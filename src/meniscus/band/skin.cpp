@@ -33,16 +33,6 @@ namespace {
 
 constexpr int kSettleFrames = 4;  // of relaxation before the first frame
 
-Vec3 normal_at(const Band& band, const Vec3& x) {
-  Vec3 g;
-  for (int a = 0; a < 3; ++a) {
-    const Vec3 d = 0.5 * band.voxel() * Vec3::Unit(a);
-    g[a] = band.sample(x + d) - band.sample(x - d);
-  }
-  const double length = g.norm();
-  return length > 0 ? Vec3(g / length) : Vec3(Vec3::Zero());
-}
-
 /// Mean second difference in time over nodes within a voxel of the middle surface, in voxels.
 double flicker_of(const Band& a, const Band& b, const Band& c, const RunControl& run) {
   struct Sum {
@@ -250,7 +240,8 @@ void Skin::finish(SkinReport& report, const RunControl& run) {
     report.volume += c.volume;
     report.area += c.area;
     report.volume_goal += c.goal.value_or(0);
-    if (c.goal && std::abs(*c.goal) > 0)
+    // What is smaller than a few voxels no grid can hold.
+    if (c.goal && std::abs(*c.goal) > 100 * std::pow(voxel_, 3))
       report.worst_volume_error = std::max(report.worst_volume_error, std::abs(c.volume / *c.goal - 1));
   }
   report.components = evolver_->components(run).size();
@@ -285,7 +276,7 @@ std::vector<Vec3> Skin::velocities(std::span<const Vec3> at, const RunControl& r
   std::vector<Vec3> out(at.size(), Vec3::Zero());
   if (carry_ == nullptr) return out;
   parallel_for(at.size(), 256, run, [&](std::size_t i) {
-    const Vec3 n = normal_at(band(), at[i]);
+    const Vec3 n = surface_normal(band(), at[i]);
     const Vec3 u = local_->at(at[i]);
     double normal_speed = carry_->at(at[i]).dot(n);
     if (before_) {

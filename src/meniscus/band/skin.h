@@ -41,7 +41,7 @@ struct SkinOptions {
 /// What one frame took and gave.
 struct SkinReport {
   double volume = 0, volume_goal = 0, area = 0;  ///< goal: 0 without holding
-  double worst_volume_error = 0;                 ///< largest |V/V₀ - 1| of a component
+  double worst_volume_error = 0;                 ///< largest |V/V₀ - 1| of the components of 100 voxels or more
   std::size_t components = 0, active_nodes = 0, particles = 0, strays = 0, dropped = 0, matched = 0;
   int substeps = 0;              ///< target evaluations
   int steps = 0;                 ///< transport steps
