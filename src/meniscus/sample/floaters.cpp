@@ -82,7 +82,6 @@ FloaterStep Floaters::step(const field::Field& surface, double dt) {
   if (step_ == 0 || (options_.search_interval > 0 && step_ % static_cast<std::uint64_t>(options_.search_interval) == 0))
     search(surface, report);
   if (!options_.density.uniform()) wanted_ = wanted_spacing(surface, options_.density, options_.radius, points_, run_);
-  recover(surface, report);
   // Births come before the move: children are put on the surface where it is now, and then carried along with their parents.
   if (options_.method == FloaterOptions::Method::Global)
     divide_global(surface, report);
@@ -154,16 +153,13 @@ void Floaters::search(const field::Field& surface, FloaterStep& report) {
 
 /// Particles far off the surface (it jumped, or they were added off it) go back by Newton steps; those for which there is no
 /// surface to go to are removed.
-void Floaters::recover(const field::Field& surface, FloaterStep& report) {
-  if (points_.empty()) return;
-  field::JetBatch jets(points_.size(), field::Order::Gradient);
-  field::evaluate(surface, points_.positions(), jets.view(), run_);
+bool Floaters::recover(const field::Field& surface, const field::JetBatch& jets, FloaterStep& report) {
   std::vector<std::uint32_t> stray;
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     const double distance = std::abs(jets.value(i)) / jets.gradient(i).norm();
     if (!(distance <= kStray * std::max(sigma_[i], wanted_radius(i)))) stray.push_back(i);
   }
-  if (stray.empty()) return;
+  if (stray.empty()) return false;
   SurfacePoints moved = points_.gathered(stray);
   const std::vector<std::uint8_t> arrived =
       project(surface, box_, {.tolerance = 1e-3 * options_.radius, .max_distance = 0.25 * box_.diameter()}, moved, run_);
@@ -182,6 +178,7 @@ void Floaters::recover(const field::Field& surface, FloaterStep& report) {
   }
   lists_valid_ = false;
   keep(kept);
+  return true;
 }
 
 void Floaters::update_neighbours() {
@@ -226,11 +223,20 @@ void Floaters::update_neighbours() {
 
 /// Constraint (2.1) with the repulsion as desired velocity, radii by their energies; one Euler step.
 void Floaters::move(const field::Field& surface, double dt, FloaterStep& report) {
+  if (points_.empty()) return;
+  const auto evaluated = [&] {
+    field::JetBatch j(points_.size(), field::Order::GradientTime);
+    field::evaluate(surface, points_.positions(), j.view(), run_);
+    return j;
+  };
+  update_neighbours();  // may put the particles in another order
+  field::JetBatch jets = evaluated();
+  if (recover(surface, jets, report)) {
+    if (points_.empty()) return;
+    update_neighbours();
+    jets = evaluated();
+  }
   const std::size_t n = points_.size();
-  if (n == 0) return;
-  update_neighbours();
-  field::JetBatch jets(n, field::Order::GradientTime);
-  field::evaluate(surface, points_.positions(), jets.view(), run_);
   double mean_slope = 0;
   for (std::size_t i = 0; i < n; ++i) mean_slope += jets.gradient(i).norm() / static_cast<double>(n);
 

@@ -99,7 +99,7 @@ class Floaters {
  private:
   struct Motion;
   void search(const field::Field& surface, FloaterStep& report);
-  void recover(const field::Field& surface, FloaterStep& report);
+  bool recover(const field::Field& surface, const field::JetBatch& jets, FloaterStep& report);
   void move(const field::Field& surface, double dt, FloaterStep& report);
   void divide_global(const field::Field& surface, FloaterStep& report);
   void populate(const field::Field& surface, FloaterStep& report);
