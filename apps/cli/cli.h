@@ -134,6 +134,7 @@ void add_sample(CLI::App& app, Session& session);
 void add_render(CLI::App& app, Session& session);
 void add_skin(CLI::App& app, Session& session);
 void add_morph(CLI::App& app, Session& session);
+void add_track(CLI::App& app, Session& session);
 void add_convert(CLI::App& app, Session& session);
 void add_check(CLI::App& app, Session& session);
 void add_schema(CLI::App& app, Session& session);

@@ -9,7 +9,7 @@
 namespace meniscus::cli {
 namespace {
 
-constexpr AddVerb kVerbs[] = {add_info,  add_sample,  add_mesh,  add_render, add_skin,
+constexpr AddVerb kVerbs[] = {add_info,  add_sample,  add_mesh,  add_track,  add_render,    add_skin,
                               add_morph, add_convert, add_check, add_schema, add_completion};
 
 /// What the parser did not understand, with the word that was probably meant.

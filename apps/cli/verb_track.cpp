@@ -1,0 +1,111 @@
+#include "cli.h"
+
+#include <meniscus/scene/track_job.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+
+namespace meniscus::cli {
+namespace {
+
+struct TrackVerb {
+  SurfaceInput input;
+  std::string velocity = "blended";
+  std::string as = "mesh";
+  std::string integrator = "heun";
+  int fairing = 0;
+  std::optional<double> voxel;
+
+  void run(Session& session) const;
+  scene::TrackJobOptions options(const Session& session) const;
+};
+
+const std::map<std::string, motion::Velocity> kVelocities{{"normal", motion::Velocity::Normal},
+                                                          {"blended", motion::Velocity::Blended},
+                                                          {"total", motion::Velocity::Total},
+                                                          {"isometric", motion::Velocity::Isometric}};
+const std::map<std::string, motion::Integrator> kIntegrators{{"euler", motion::Integrator::Euler},
+                                                             {"heun", motion::Integrator::Heun},
+                                                             {"rk4", motion::Integrator::RungeKutta4}};
+
+scene::TrackJobOptions TrackVerb::options(const Session& session) const {
+  if (voxel && !(std::isfinite(*voxel) && *voxel > 0)) throw UsageError("--voxel must be above zero");
+  if (fairing > 0 && as == "points") throw UsageError("--fairing needs edges: it goes with --as mesh");
+  scene::TrackJobOptions o;
+  o.tracker.velocity.kind = kVelocities.at(velocity);
+  o.tracker.integrator = kIntegrators.at(integrator);
+  o.tracker.fairing = fairing;
+  o.points = as == "points";
+  o.voxel = voxel;
+  o.output = session.output();
+  o.write = session.write_options();
+  return o;
+}
+
+nlohmann::json to_json(const scene::TrackJobFrame& f) {
+  nlohmann::json j{{"frame", f.frame},
+                   {"area_log_mean", f.step.area_log_mean},
+                   {"area_log_max", f.step.area_log_max},
+                   {"flips", f.step.flips},
+                   {"max_distance", f.step.max_distance},
+                   {"lost", f.step.lost},
+                   {"singular", f.step.singular},
+                   {"seconds_velocity", f.step.seconds_velocity},
+                   {"seconds_fairing", f.step.seconds_fairing},
+                   {"seconds", f.seconds}};
+  if (!f.remeshed.empty()) j["remeshed"] = f.remeshed;
+  return j;
+}
+
+void TrackVerb::run(Session& session) const {
+  const scene::TrackJobOptions job = options(session);
+  const RunControl control = session.run();
+  const scene::SurfaceSource source = input.open(session, control.part(0, 0.05));
+  const auto frames = source.frames().empty() ? source.all_frames() : source.frames();
+  if (frames.empty()) throw UsageError("a single surface has nothing to track: give a moving scene or a sequence");
+  output_paths(session.output(), frames);
+  session.report()["frames"] = nlohmann::json::array();
+  session.timing("read");
+  const auto heard = [&](const scene::TrackJobFrame& f) {
+    session.report()["frames"].push_back(to_json(f));
+    nlohmann::json out{{"path", f.path}, {"frame", f.frame}, {"points", f.vertices}, {"bbox", cli::to_json(f.bounds)}};
+    if (!job.points) out["triangles"] = f.triangles;
+    session.report()["outputs"].push_back(std::move(out));
+    if (f.vertices == 0) session.warn("empty", "the surface is empty at this voxel size", f.path);
+    session.say(fmt::format("{}: {} vertices{}{}", f.path, grouped(f.vertices),
+                            job.points ? "" : fmt::format(", distortion {:.4f}", f.step.area_log_mean),
+                            f.remeshed.empty() ? "" : ", meshed anew: " + f.remeshed));
+  };
+  scene::run_track_job(source, job, heard, control.part(0.05, 1));
+  session.timing("track");
+}
+
+}  // namespace
+
+void add_track(CLI::App& app, Session& session) {
+  CLI::App* verb = app.add_subcommand("track",
+                                      "Carry a mesh or points along a moving surface, with velocities.\n\n"
+                                      "Example: meniscus track scene.json --velocity total -o out.####.ply");
+  auto state = std::make_shared<TrackVerb>();
+  state->input.add_to(*verb);
+  verb->add_option("--velocity", state->velocity,
+                   "normal, blended (the primitives' mean), total (normals do not turn) or isometric (least strain); "
+                   "default blended")
+      ->check(CLI::IsMember({"normal", "blended", "total", "isometric"}));
+  verb->add_option("--as", state->as, "mesh or points; default mesh")->check(CLI::IsMember({"mesh", "points"}));
+  verb->add_option("--fairing", state->fairing, "rounds of edge springs a frame, 0 or more; default 0")
+      ->check(CLI::Range(0, 1000));
+  verb->add_option("--integrator", state->integrator, "euler, heun or rk4; default heun")
+      ->check(CLI::IsMember({"euler", "heun", "rk4"}));
+  verb->add_option("--voxel", state->voxel,
+                   "cell size of a new mesh, world units; default: a 128th of the surface's diameter, half the radius of "
+                   "particles");
+  session.add_output(*verb);
+  session.add_common(*verb);
+  verb->callback([state, &session] { state->run(session); });
+}
+
+}  // namespace meniscus::cli

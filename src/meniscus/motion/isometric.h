@@ -1,0 +1,39 @@
+#pragma once
+
+#include <meniscus/base/run_control.h>
+#include <meniscus/mesh/mesh.h>
+#include <meniscus/motion/velocity.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace meniscus::motion {
+
+/// The velocity field on a mesh that has given normal speeds and strains the mesh least (as Killing as possible):
+/// minimises Σ A_e s_e², s_e the relative rate at which edge e grows, A_e a third of its triangles' area.
+///
+/// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
+/// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four rounds
+/// of iterated Tikhonov regularisation: a rigid motion comes out to 1e-8 wherever the shape determines it.
+///
+/// One sparse LDLᵀ factorisation a call, about O(V^1.5); its pattern is analysed once. One thread; deterministic.
+class IsometricSolver {
+ public:
+  /// For meshes with these triangles. Throws InvalidInput for an index out of range.
+  explicit IsometricSolver(const mesh::Mesh& mesh);
+  ~IsometricSolver();
+  IsometricSolver(IsometricSolver&&) noexcept;
+  IsometricSolver& operator=(IsometricSolver&&) noexcept;
+
+  /// Replaces the tangential parts of `v` (velocities of kind Blended at `positions`, the guide) by those of least strain.
+  /// Returns the root mean square of s_e by area, per second; leaves `v` as it is, confidence 0, if the system cannot be
+  /// factorised (no area, positions that are not finite).
+  double solve(std::span<const Vec3> positions, Velocities& v, const RunControl& run = {});
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace meniscus::motion
