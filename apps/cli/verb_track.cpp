@@ -27,9 +27,8 @@ const std::map<std::string, motion::Velocity> kVelocities{{"normal", motion::Vel
                                                           {"blended", motion::Velocity::Blended},
                                                           {"total", motion::Velocity::Total},
                                                           {"isometric", motion::Velocity::Isometric}};
-const std::map<std::string, motion::Integrator> kIntegrators{{"euler", motion::Integrator::Euler},
-                                                             {"heun", motion::Integrator::Heun},
-                                                             {"rk4", motion::Integrator::RungeKutta4}};
+const std::map<std::string, motion::Integrator> kIntegrators{
+    {"euler", motion::Integrator::Euler}, {"heun", motion::Integrator::Heun}, {"rk4", motion::Integrator::RungeKutta4}};
 
 scene::TrackJobOptions TrackVerb::options(const Session& session) const {
   if (voxel && !(std::isfinite(*voxel) && *voxel > 0)) throw UsageError("--voxel must be above zero");

@@ -74,8 +74,7 @@ TEST(IsometricSolver, StrainsNoMoreThanItsGuide) {
       }
   EXPECT_LT(own, guides);
   EXPECT_GT(strain, 0);
-  for (std::size_t i = 0; i < v.velocity.size(); ++i)
-    EXPECT_NEAR(v.normal[i].dot(v.velocity[i]), v.normal_speed[i], 1e-12);
+  for (std::size_t i = 0; i < v.velocity.size(); ++i) EXPECT_NEAR(v.normal[i].dot(v.velocity[i]), v.normal_speed[i], 1e-12);
 }
 
 TEST(IsometricSolver, SolvesAgainForMovedVertices) {
@@ -92,8 +91,7 @@ TEST(IsometricSolver, SolvesAgainForMovedVertices) {
   f->set_time(angle);
   Velocities w = velocities(*f, moved, {});
   solver.solve(moved, w);
-  for (std::size_t i = 0; i < moved.size(); ++i)
-    EXPECT_LT((w.velocity[i] - test::orbit_velocity(moved[i])).norm(), 1e-8);
+  for (std::size_t i = 0; i < moved.size(); ++i) EXPECT_LT((w.velocity[i] - test::orbit_velocity(moved[i])).norm(), 1e-8);
 }
 
 TEST(IsometricSolver, RefusesWhatIsNotAMesh) {

@@ -54,8 +54,7 @@ inline std::unique_ptr<field::Field> orbiting_blobs() {
   const auto item = [](double x, double y, double z, double r) {
     const std::string a = text(x);
     const std::string b = text(z);
-    return field::Blob{
-        {moving(a + "*cos(t)+" + b + "*sin(t)"), y, moving(b + "*cos(t)-" + a + "*sin(t)")}, r};
+    return field::Blob{{moving(a + "*cos(t)+" + b + "*sin(t)"), y, moving(b + "*cos(t)-" + a + "*sin(t)")}, r};
   };
   const field::Blob items[] = {item(0.75, 0, 0, 1.3), item(-0.45, 0.2, 0.6, 1.1), item(-0.3, -0.35, -0.55, 1.2)};
   return field::blobs(field::BlobKernel::Compact, 0.4, items);

@@ -64,9 +64,9 @@ TEST(TrackVerb, MeshesAnewWhenTopologyChanges) {
 
 TEST(TrackVerb, CarriesPoints) {
   const Scratch out;
-  const auto ran = meniscus_program("track " + scene("three_blobs.json") +
-                                    " --as points --velocity isometric --voxel 0.15 --frames 1-3 -q -o '" +
-                                    (out / "p.####.ply") + "'");
+  const auto ran =
+      meniscus_program("track " + scene("three_blobs.json") +
+                       " --as points --velocity isometric --voxel 0.15 --frames 1-3 -q -o '" + (out / "p.####.ply") + "'");
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto first = io::read_geometry(out / "p.0001.ply");
   const auto last = io::read_geometry(out / "p.0003.ply");

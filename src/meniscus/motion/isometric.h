@@ -14,8 +14,8 @@ namespace meniscus::motion {
 /// minimises Σ A_e s_e², s_e the relative rate at which edge e grows, A_e a third of its triangles' area.
 ///
 /// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
-/// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four rounds
-/// of iterated Tikhonov regularisation: a rigid motion comes out to 1e-8 wherever the shape determines it.
+/// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four
+/// rounds of iterated Tikhonov regularisation: a rigid motion comes out to 1e-8 wherever the shape determines it.
 ///
 /// One sparse LDLᵀ factorisation a call, about O(V^1.5); its pattern is analysed once. One thread; deterministic.
 class IsometricSolver {

@@ -12,17 +12,15 @@ namespace meniscus::motion {
 namespace {
 
 constexpr int kNewtonSteps = 12;
-constexpr double kOnSurface = 1e-12;     // of the way allowed: near enough
-constexpr double kSmallestRatio = 1e-12; // of areas
-constexpr double kStiffness = 0.5;       // of the mean displacement that the springs ask for
+constexpr double kOnSurface = 1e-12;      // of the way allowed: near enough
+constexpr double kSmallestRatio = 1e-12;  // of areas
+constexpr double kStiffness = 0.5;        // of the mean displacement that the springs ask for
 
 using VelocityOf = FunctionRef<std::vector<Vec3>(const field::Field&, const std::vector<Vec3>&)>;
 
 class Clock {
  public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -114,9 +112,8 @@ void project_block(const field::Field& field, std::vector<Vec3>& points, std::sp
 std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::span<const double> reach,
                     const RunControl& run, std::vector<std::uint8_t>* lost) {
   std::vector<std::uint8_t> own(points.size());
-  parallel_blocks(points.size(), field::kBlock, run, [&](std::size_t begin, std::size_t end) {
-    project_block(field, points, reach, begin, end, own.data());
-  });
+  parallel_blocks(points.size(), field::kBlock, run,
+                  [&](std::size_t begin, std::size_t end) { project_block(field, points, reach, begin, end, own.data()); });
   const auto total = static_cast<std::size_t>(std::count(own.begin(), own.end(), 1));
   if (lost != nullptr) lost->swap(own);
   return total;
@@ -150,8 +147,12 @@ void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunCont
 
 MeshTracker::MeshTracker(mesh::Mesh mesh, const field::Field& field, double time, const TrackerOptions& options,
                          const RunControl& run)
-    : mesh_(std::move(mesh)), options_(options), time_(time), neighbours_(mesh::vertex_neighbours(mesh_)),
-      area_(areas(mesh_)), lost_(mesh_.positions.size()) {
+    : mesh_(std::move(mesh)),
+      options_(options),
+      time_(time),
+      neighbours_(mesh::vertex_neighbours(mesh_)),
+      area_(areas(mesh_)),
+      lost_(mesh_.positions.size()) {
   if (options_.fairing < 0) throw InvalidInput("the number of fairing rounds must not be negative");
   rest_.reserve(neighbours_.items.size());
   for (std::size_t i = 0; i < neighbours_.size(); ++i)
@@ -288,11 +289,10 @@ PointTracker::PointTracker(points::Cloud cloud, const field::Field& field, doubl
 StepReport PointTracker::advance(PoseAt pose, double to, const RunControl& run) {
   if (!std::isfinite(to)) throw InvalidInput("the time is not finite");
   const Clock clock;
-  const std::vector<Vec3> v = step_velocity(
-      cloud_.positions, velocities_.velocity, time_, to, options_.integrator, pose,
-      [&](const field::Field& f, const std::vector<Vec3>& x) {
-        return motion::velocities(f, x, options_.velocity, run).velocity;
-      });
+  const std::vector<Vec3> v = step_velocity(cloud_.positions, velocities_.velocity, time_, to, options_.integrator, pose,
+                                            [&](const field::Field& f, const std::vector<Vec3>& x) {
+                                              return motion::velocities(f, x, options_.velocity, run).velocity;
+                                            });
   cloud_.positions = moved(cloud_.positions, v, to - time_);
   std::vector<double> reach(v.size());
   for (std::size_t i = 0; i < reach.size(); ++i) reach[i] = std::max(spacing_ / 2, v[i].norm() * std::abs(to - time_));

@@ -36,7 +36,7 @@ struct StepReport {
   double area_log_max = 0;   ///< the worst of them, at most log(1e12)
   std::size_t flips = 0;     ///< triangles that face against ∇F
   double max_distance = 0;   ///< largest |F|/|∇F| at the end, world units
-  std::size_t lost = 0;      ///< points whose way back to the surface was longer than allowed; they stay where they were sent
+  std::size_t lost = 0;  ///< points whose way back to the surface was longer than allowed; they stay where they were sent
   std::size_t singular = 0;  ///< see Velocities
   double seconds_velocity = 0;
   double seconds_fairing = 0;
@@ -47,7 +47,8 @@ struct StepReport {
 std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::span<const double> reach,
                     const RunControl& run = {}, std::vector<std::uint8_t>* lost = nullptr);
 
-/// Evens out a mesh on its surface: `rounds` of uniform Laplacian fairing in the tangent plane, each followed by a projection.
+/// Evens out a mesh on its surface: `rounds` of uniform Laplacian fairing in the tangent plane, each followed by a
+/// projection.
 void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run = {});
 
 /// Carries the vertices of a mesh along a moving surface. Connectivity and attributes stay; attributes "N" (unit normal) and

@@ -105,8 +105,7 @@ void Batch::block(std::size_t begin, std::size_t end) const {
   field.evaluate(x.view(), jets.view());
   std::vector<double> stuff(3 * n);
   field.material_velocity(x.view(), {stuff.data(), stuff.data() + n, stuff.data() + 2 * n});
-  for (std::size_t k = 0; k < n; ++k)
-    point(begin + k, jets.view(), k, {stuff[k], stuff[n + k], stuff[2 * n + k]});
+  for (std::size_t k = 0; k < n; ++k) point(begin + k, jets.view(), k, {stuff[k], stuff[n + k], stuff[2 * n + k]});
 }
 
 /// How much of `change` can be added to `base` with the length of the sum staying within `limit`; all of `base` may.
@@ -144,8 +143,12 @@ Velocities velocities(const field::Field& field, std::span<const Vec3> points, c
   const double given = checked(options.resolution, "the resolution");
   const double speed = checked(options.fastest, "the fastest primitive's speed");
   const std::size_t n = points.size();
-  Velocities out{std::vector<Vec3>(n, Vec3::Zero()), std::vector<Vec3>(n, Vec3::Zero()), std::vector<double>(n),
-                 std::vector<double>(n),             std::vector<double>(n),             std::vector<std::uint8_t>(n)};
+  Velocities out{std::vector<Vec3>(n, Vec3::Zero()),
+                 std::vector<Vec3>(n, Vec3::Zero()),
+                 std::vector<double>(n),
+                 std::vector<double>(n),
+                 std::vector<double>(n),
+                 std::vector<std::uint8_t>(n)};
   std::vector<Vec3> guide(n, Vec3::Zero());
   std::vector<Vec3> correction(n, Vec3::Zero());
   std::vector<double> material(n);

@@ -33,12 +33,12 @@ struct VelocityOptions {
 
 /// Velocities at points, one entry per point everywhere.
 struct Velocities {
-  std::vector<Vec3> velocity;         ///< world units per second
-  std::vector<Vec3> normal;           ///< unit ∇F; zero where F has none
-  std::vector<double> normal_speed;   ///< v_n
-  std::vector<double> distance;       ///< |F|/|∇F|; 0 where |∇F| is 0
-  std::vector<double> confidence;     ///< 1: as defined; less: damped towards `Blended`; 0: wholly so, or singular
-  std::vector<std::uint8_t> singular; ///< the surface is about to meet or part here (or F is not finite): v_n is bounded
+  std::vector<Vec3> velocity;          ///< world units per second
+  std::vector<Vec3> normal;            ///< unit ∇F; zero where F has none
+  std::vector<double> normal_speed;    ///< v_n
+  std::vector<double> distance;        ///< |F|/|∇F|; 0 where |∇F| is 0
+  std::vector<double> confidence;      ///< 1: as defined; less: damped towards `Blended`; 0: wholly so, or singular
+  std::vector<std::uint8_t> singular;  ///< the surface is about to meet or part here (or F is not finite): v_n is bounded
 };
 
 /// Velocities of the surface through every point (of the level set, for points off the surface). Batched and parallel; same

@@ -49,7 +49,6 @@ class TrackJob {
   void begin_tracking(mesh::Mesh mesh, double time, const RunControl& run);
   void inherit(mesh::Mesh& mesh, const std::vector<Vec3>& old, const Attributes& attributes) const;
 
-
   const SurfaceSource& source_;
   const TrackJobOptions& options_;
   Surface surface_;
@@ -154,14 +153,18 @@ TrackJobFrame TrackJob::advance(long frame, const RunControl& run) {
   TrackJobFrame out;
   out.step = carry(frame, run);
   const Topology now = topology(run);
-  if (now != topology_) out.remeshed = "topology";
-  else if (out.step.lost > 0) out.remeshed = "lost";
+  if (now != topology_)
+    out.remeshed = "topology";
+  else if (out.step.lost > 0)
+    out.remeshed = "lost";
   topology_ = now;
   if (out.remeshed.empty()) return out;
   const motion::StepReport step = out.step;
   mesh::Mesh mesh = new_mesh(run);
-  if (points_) inherit(mesh, points_->cloud().positions, points_->cloud().attributes);
-  else inherit(mesh, mesh_->mesh().positions, mesh_->mesh().attributes);
+  if (points_)
+    inherit(mesh, points_->cloud().positions, points_->cloud().attributes);
+  else
+    inherit(mesh, mesh_->mesh().positions, mesh_->mesh().attributes);
   begin_tracking(std::move(mesh), time_of(frame), run);
   out.step = points_ ? points_->measures() : mesh_->measures();
   out.step.lost = step.lost;
@@ -171,8 +174,10 @@ TrackJobFrame TrackJob::advance(long frame, const RunControl& run) {
 }
 
 void TrackJob::write(const TrackJobFrame& frame) const {
-  if (points_) io::write_cloud(frame.path, points_->cloud(), options_.write);
-  else io::write_mesh(frame.path, mesh_->mesh(), options_.write);
+  if (points_)
+    io::write_cloud(frame.path, points_->cloud(), options_.write);
+  else
+    io::write_mesh(frame.path, mesh_->mesh(), options_.write);
 }
 
 }  // namespace

@@ -34,10 +34,10 @@ struct TrackJobFrame {
   double seconds = 0;  ///< all of the frame, writing included
 };
 
-/// Carries a mesh (or its vertices) over the frames of `source` and writes each frame, with attributes N, v (of the vertex as
-/// written), id and rest (position in the first frame). Where the topology changes, seen from the signs of F on a lattice
-/// of `voxel`, or vertices are lost, the whole surface is meshed anew: rest comes from the nearest old vertex, ids are new ones.
-/// Throws InvalidInput for settings without meaning or a source without frames, IoError, ResourceLimit, Cancelled.
+/// Carries a mesh (or its vertices) over the frames of `source` and writes each frame, with attributes N, v (of the vertex
+/// as written), id and rest (position in the first frame). Where the topology changes, seen from the signs of F on a lattice
+/// of `voxel`, or vertices are lost, the whole surface is meshed anew: rest comes from the nearest old vertex, ids are new
+/// ones. Throws InvalidInput for settings without meaning or a source without frames, IoError, ResourceLimit, Cancelled.
 std::vector<TrackJobFrame> run_track_job(const SurfaceSource& source, const TrackJobOptions& options,
                                          const std::function<void(const TrackJobFrame&)>& on_frame = {},
                                          RunControl run = {});
