@@ -1,11 +1,9 @@
 #include <meniscus/base/error.h>
-#include <meniscus/mesh/adjacency.h>
 #include <meniscus/motion/isometric.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -19,29 +17,38 @@ constexpr double kRounding = 1e-14;
 using Sparse = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-/// One edge's strain rate as a function of the tangential velocities at its ends: first·a_i + second·a_j + constant.
+using Local = Eigen::Matrix<double, 6, 1>;
+
+/// A triangle's strain rate within its plane (xx, yy and √2 xy, so that the squares add up to the tensor's norm) as a
+/// function of the tangential velocities at its corners.
 struct Strain {
-  Eigen::Index a, b;
-  Vec2 first, second;
-  double constant;
+  std::array<Eigen::Index, 3> corner;
+  Eigen::Matrix<double, 3, 6> rows;
+  Vec3 constant;
   double weight;
 
-  double of(const Vector& t) const { return first.dot(t.segment<2>(2 * a)) + second.dot(t.segment<2>(2 * b)) + constant; }
+  Local local(const Vector& t) const {
+    Local l;
+    for (std::size_t k = 0; k < 3; ++k) l.segment<2>(2 * static_cast<Eigen::Index>(k)) = t.segment<2>(2 * corner[k]);
+    return l;
+  }
+  Vec3 of(const Vector& t) const { return rows * local(t) + constant; }
+  void add_to(Vector& v, const Local& l) const {
+    for (std::size_t k = 0; k < 3; ++k) v.segment<2>(2 * corner[k]) += l.segment<2>(2 * static_cast<Eigen::Index>(k));
+  }
 };
 
 }  // namespace
 
 struct IsometricSolver::State {
-  std::vector<mesh::Edge> edges;
   std::vector<Triangle> triangles;
-  std::vector<std::array<std::size_t, 3>> sides;  // the edges of each triangle
   std::size_t vertices = 0;
   Eigen::SimplicialLDLT<Sparse> factor;
   bool analysed = false;
 
-  std::vector<double> edge_weights(std::span<const Vec3> x, std::vector<double>& vertex_weights) const;
-  std::vector<Strain> strains(std::span<const Vec3> x, const Velocities& v, const std::vector<double>& weights) const;
-  Sparse matrix(const std::vector<Strain>& strains, const std::vector<double>& vertex_weights) const;
+  std::vector<Strain> strains(std::span<const Vec3> x, const Velocities& v) const;
+  std::vector<double> guide_weights(const std::vector<Strain>& strains) const;
+  Sparse matrix(const std::vector<Strain>& strains) const;
 };
 
 IsometricSolver::IsometricSolver(const mesh::Mesh& mesh) : state_(std::make_unique<State>()) {
@@ -50,82 +57,78 @@ IsometricSolver::IsometricSolver(const mesh::Mesh& mesh) : state_(std::make_uniq
     for (const std::int32_t i : t)
       if (i < 0 || i >= n) throw InvalidInput("a triangle's index is out of range");
   state_->vertices = mesh.positions.size();
-  state_->edges = mesh::edges(mesh);
   state_->triangles = mesh.triangles;
-  const auto& edges = state_->edges;
-  const auto find = [&](std::int32_t i, std::int32_t j) {
-    const auto key = std::minmax(i, j);
-    const auto at = std::lower_bound(edges.begin(), edges.end(), key, [](const mesh::Edge& e, const auto& k) {
-      return e.a != k.first ? e.a < k.first : e.b < k.second;
-    });
-    return static_cast<std::size_t>(at - edges.begin());
-  };
-  state_->sides.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) state_->sides.push_back({find(t[0], t[1]), find(t[1], t[2]), find(t[2], t[0])});
 }
 
 IsometricSolver::~IsometricSolver() = default;
 IsometricSolver::IsometricSolver(IsometricSolver&&) noexcept = default;
 IsometricSolver& IsometricSolver::operator=(IsometricSolver&&) noexcept = default;
 
-std::vector<double> IsometricSolver::State::edge_weights(std::span<const Vec3> x,
-                                                         std::vector<double>& vertex_weights) const {
-  std::vector<double> weights(edges.size());
-  vertex_weights.assign(vertices, 0);
-  double total = 0;
+std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, const Velocities& v) const {
+  std::vector<Strain> list(triangles.size());
   for (std::size_t f = 0; f < triangles.size(); ++f) {
-    const auto corner = [&](std::size_t k) { return x[static_cast<std::size_t>(triangles[f][k])]; };
-    const double area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-    total += area;
+    Strain& s = list[f];
+    std::array<std::size_t, 3> index;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (sides[f][k] < weights.size()) weights[sides[f][k]] += area / 3;
-      vertex_weights[static_cast<std::size_t>(triangles[f][k])] += area / 3;
+      index[k] = static_cast<std::size_t>(triangles[f][k]);
+      s.corner[k] = triangles[f][k];
     }
-  }
-  // Units: areas by the mean area of a vertex, so that neither size nor fineness matters to rounding.
-  const double unit = total > 0 ? static_cast<double>(vertices) / total : 0;
-  for (double& w : weights) w *= unit;
-  for (double& w : vertex_weights) w = (w * unit + 1e-6) * kGuide / (total > 0 ? total : 1);
-  return weights;
-}
-
-std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, const Velocities& v,
-                                                    const std::vector<double>& weights) const {
-  std::vector<Strain> list(edges.size());
-  for (std::size_t k = 0; k < edges.size(); ++k) {
-    const auto i = static_cast<std::size_t>(edges[k].a);
-    const auto j = static_cast<std::size_t>(edges[k].b);
-    const Vec3 e = x[j] - x[i];
-    const double squared = e.squaredNorm();
-    Vec3 s[2], t[2];
-    tangents(v.normal[i], s[0], t[0]);
-    tangents(v.normal[j], s[1], t[1]);
-    const Vec3 rate = squared > 0 ? Vec3(e / squared) : Vec3(Vec3::Zero());
-    list[k] = {static_cast<Eigen::Index>(i),
-               static_cast<Eigen::Index>(j),
-               {-rate.dot(s[0]), -rate.dot(t[0])},
-               {rate.dot(s[1]), rate.dot(t[1])},
-               rate.dot(v.normal_speed[j] * v.normal[j] - v.normal_speed[i] * v.normal[i]),
-               weights[k]};
+    s.rows.setZero();
+    s.constant.setZero();
+    const Vec3 e = x[index[1]] - x[index[0]];
+    const Vec3 d = x[index[2]] - x[index[0]];
+    const double doubled = e.cross(d).norm();
+    s.weight = doubled / 2;
+    if (!(doubled > 1e-12 * (e.squaredNorm() + d.squaredNorm()))) continue;  // a needle has no plane
+    const Vec3 u = e.normalized();
+    const Vec3 w = (d - u.dot(d) * u).normalized();
+    const Vec2 p[3] = {{0, 0}, {e.norm(), 0}, {u.dot(d), w.dot(d)}};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2 opposite = p[(k + 2) % 3] - p[(k + 1) % 3];
+      const Vec2 slope = Vec2(-opposite.y(), opposite.x()) / doubled;  // of the function that is 1 at this corner
+      const auto strain = [&](const Vec3& velocity) {
+        const double a = u.dot(velocity);
+        const double b = w.dot(velocity);
+        return Vec3(a * slope.x(), b * slope.y(), (a * slope.y() + b * slope.x()) / std::sqrt(2.0));
+      };
+      const std::size_t i = index[k];
+      Vec3 first, second;
+      tangents(v.normal[i], first, second);
+      s.rows.col(2 * static_cast<Eigen::Index>(k)) = strain(first);
+      s.rows.col(2 * static_cast<Eigen::Index>(k) + 1) = strain(second);
+      s.constant += strain(v.normal_speed[i] * v.normal[i]);
+    }
   }
   return list;
 }
 
-Sparse IsometricSolver::State::matrix(const std::vector<Strain>& strains, const std::vector<double>& vertex_weights) const {
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(10 * strains.size() + 3 * vertices);
-  const auto add = [&](Eigen::Index r, Eigen::Index c, const Vec2& p, const Vec2& q, double w) {
-    for (Eigen::Index i = 0; i < 2; ++i)
-      for (Eigen::Index j = 0; j < 2; ++j)
-        if (2 * r + i >= 2 * c + j) entries.emplace_back(2 * r + i, 2 * c + j, w * p[i] * q[j]);
-  };
+std::vector<double> IsometricSolver::State::guide_weights(const std::vector<Strain>& strains) const {
+  std::vector<double> weights(vertices);
+  double total = 0;
   for (const Strain& s : strains) {
-    add(s.a, s.a, s.first, s.first, s.weight);
-    add(s.b, s.b, s.second, s.second, s.weight);
-    add(s.b, s.a, s.second, s.first, s.weight);  // a < b: the lower triangle
+    total += s.weight;
+    for (const Eigen::Index i : s.corner) weights[static_cast<std::size_t>(i)] += s.weight / 3;
   }
+  // The floor is for vertices without area.
+  for (double& w : weights) w = total > 0 ? kGuide * (w / total + 1e-6 / static_cast<double>(vertices)) : 1;
+  return weights;
+}
+
+Sparse IsometricSolver::State::matrix(const std::vector<Strain>& strains) const {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(21 * strains.size() + 2 * vertices);
+  for (const Strain& s : strains) {
+    const Eigen::Matrix<double, 6, 6> block = s.weight * s.rows.transpose() * s.rows;
+    for (Eigen::Index i = 0; i < 6; ++i)
+      for (Eigen::Index j = 0; j < 6; ++j) {
+        const Eigen::Index row = 2 * s.corner[static_cast<std::size_t>(i / 2)] + i % 2;
+        const Eigen::Index column = 2 * s.corner[static_cast<std::size_t>(j / 2)] + j % 2;
+        if (row >= column) entries.emplace_back(row, column, block(i, j));
+      }
+  }
+  const std::vector<double> weights = guide_weights(strains);
   const auto size = static_cast<Eigen::Index>(2 * vertices);
-  for (Eigen::Index i = 0; i < size; ++i) entries.emplace_back(i, i, vertex_weights[static_cast<std::size_t>(i / 2)]);
+  for (Eigen::Index i = 0; i < size; ++i) entries.emplace_back(i, i, weights[static_cast<std::size_t>(i / 2)]);
   Sparse result(size, size);
   result.setFromTriplets(entries.begin(), entries.end());
   return result;
@@ -137,11 +140,9 @@ double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, co
     throw InvalidInput("the velocities are not those of the mesh");
   if (s.vertices == 0) return 0;
   const auto n = static_cast<Eigen::Index>(s.vertices);
-  std::vector<double> vertex_weights;
-  const std::vector<double> weights = s.edge_weights(positions, vertex_weights);
-  const std::vector<Strain> strains = s.strains(positions, v, weights);
+  const std::vector<Strain> strains = s.strains(positions, v);
   run.check();
-  const Sparse matrix = s.matrix(strains, vertex_weights);
+  const Sparse matrix = s.matrix(strains);
   if (!s.analysed) s.factor.analyzePattern(matrix);
   s.analysed = true;
   s.factor.factorize(matrix);
@@ -160,12 +161,9 @@ double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, co
     Vector residual = Vector::Zero(2 * n);
     Vector size = Vector::Zero(2 * n);
     for (const Strain& e : strains) {
-      const double pull = e.weight * e.of(t);
-      residual.segment<2>(2 * e.a) -= pull * e.first;
-      residual.segment<2>(2 * e.b) -= pull * e.second;
-      const double most = e.weight * (std::abs(e.constant) + std::abs(e.first.dot(t.segment<2>(2 * e.a))));
-      size.segment<2>(2 * e.a) += most * e.first.cwiseAbs();
-      size.segment<2>(2 * e.b) += most * e.second.cwiseAbs();
+      e.add_to(residual, -e.weight * (e.rows.transpose() * e.of(t)));
+      const Vec3 most = e.constant.cwiseAbs() + e.rows.cwiseAbs() * e.local(t).cwiseAbs();
+      e.add_to(size, e.weight * (e.rows.cwiseAbs().transpose() * most));
     }
     // Nothing but rounding left: solving for it would only feed it into the directions that strain leaves open.
     if (residual.norm() <= kRounding * size.norm()) break;
@@ -175,7 +173,7 @@ double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, co
   double strain = 0;
   double total = 0;
   for (const Strain& e : strains) {
-    strain += e.weight * e.of(t) * e.of(t);
+    strain += e.weight * e.of(t).squaredNorm();
     total += e.weight;
   }
   for (std::size_t i = 0; i < s.vertices; ++i) {

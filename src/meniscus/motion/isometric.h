@@ -11,7 +11,8 @@
 namespace meniscus::motion {
 
 /// The velocity field on a mesh that has given normal speeds and strains the mesh least (as Killing as possible):
-/// minimises Σ A_e s_e², s_e the relative rate at which edge e grows, A_e a third of its triangles' area.
+/// minimises Σ A |ε|² over the triangles, ε the rate of strain within a triangle's plane. A triangle resists being flattened
+/// the more the thinner it is.
 ///
 /// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
 /// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four
@@ -27,7 +28,7 @@ class IsometricSolver {
   IsometricSolver& operator=(IsometricSolver&&) noexcept;
 
   /// Replaces the tangential parts of `v` (velocities of kind Blended at `positions`, the guide) by those of least strain.
-  /// Returns the root mean square of s_e by area, per second; leaves `v` as it is, confidence 0, if the system cannot be
+  /// Returns the root mean square of |ε| by area, per second; leaves `v` as it is, confidence 0, if the system cannot be
   /// factorised (no area, positions that are not finite).
   double solve(std::span<const Vec3> positions, Velocities& v, const RunControl& run = {});
 
