@@ -136,6 +136,7 @@ void add_skin(CLI::App& app, Session& session);
 void add_morph(CLI::App& app, Session& session);
 void add_track(CLI::App& app, Session& session);
 void add_convert(CLI::App& app, Session& session);
+void add_edit(CLI::App& app, Session& session);
 void add_check(CLI::App& app, Session& session);
 void add_schema(CLI::App& app, Session& session);
 void add_completion(CLI::App& app, Session& session);

@@ -85,6 +85,12 @@ void Document::set_parameter(const std::string& name, double value) {
   }
 }
 
+void Document::set_number(const nlohmann::json::json_pointer& place, double value) {
+  if (!json_.contains(place) || !json_[place].is_number())
+    throw InvalidInput(path_ + " has no number at '" + place.to_string() + "'");
+  json_[place] = value;
+}
+
 std::string Document::resolve(const std::string& file) const {
   const std::filesystem::path p(file);
   if (p.is_absolute() || path_ == "-") return file;

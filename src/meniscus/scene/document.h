@@ -33,6 +33,8 @@ class Document {
   /// Gives an entry of "params" a new value. Throws InvalidInput for an unknown name, with a suggestion, or a value out of
   /// the parameter's range.
   void set_parameter(const std::string& name, double value);
+  /// Replaces the number at `place`. Throws InvalidInput when there is none.
+  void set_number(const nlohmann::json::json_pointer& place, double value);
 
   /// `file` as the scene means it: relative to the folder of the scene file.
   std::string resolve(const std::string& file) const;

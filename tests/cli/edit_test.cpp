@@ -1,0 +1,93 @@
+#include "support/program.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace meniscus {
+namespace {
+
+using test::contents;
+using test::meniscus_program;
+using test::Scratch;
+
+const char* kTwoBalls = R"({"format":"meniscus.scene","version":1,"extras":{"note":"kept"},
+  "params":{"r":{"value":1,"min":0.5,"max":2}},
+  "surface":{"type":"union","inputs":[
+    {"type":"sphere","center":[0,0,0],"radius":{"param":"r"},"freeze":["center"]},
+    {"type":"sphere","id":"second","center":[5,0,0],"radius":0.5}]}})";
+
+nlohmann::json json_of(const std::string& path) { return nlohmann::json::parse(contents(path)); }
+
+std::string scene_file(const Scratch& s, const std::string& text) {
+  std::ofstream(s / "scene.json", std::ios::binary) << text;
+  return s / "scene.json";
+}
+
+TEST(Edit, DragsWriteValuesBackIntoTheScene) {
+  const Scratch s;
+  const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json";
+  const auto r = meniscus_program("edit " + scene + " --drag '0,1,0 -> 0,1.25,0' --json -o " + out);
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto scene_out = json_of(out), report = nlohmann::json::parse(r.out);
+  EXPECT_NEAR(scene_out["params"]["r"]["value"].get<double>(), 1.25, 1e-9);
+  EXPECT_EQ(scene_out["surface"]["inputs"][1], json_of(scene)["surface"]["inputs"][1]) << "out of reach";
+  EXPECT_EQ(scene_out["extras"]["note"], "kept");
+  EXPECT_EQ(report["control"]["count"], 1);
+  EXPECT_EQ(report["control"]["rank"], 1);
+  EXPECT_EQ(report["control"]["status"], "solved");
+  EXPECT_NEAR(report["values"]["r"].get<double>(), 1.25, 1e-9);
+  EXPECT_EQ(meniscus_program("check " + out).code, 0);
+}
+
+TEST(Edit, SidewaysDragsMoveThePart) {
+  const Scratch s;
+  const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json";
+  ASSERT_EQ(meniscus_program("edit " + scene + " --sideways --drag '5,0.5,0 -> 5,0.5,2' -o " + out).code, 0);
+  const auto ball = json_of(out)["surface"]["inputs"][1];
+  EXPECT_NEAR(ball["center"][2].get<double>(), 2, 1e-9);
+  EXPECT_NEAR(ball["radius"].get<double>(), 0.5, 1e-9);
+}
+
+TEST(Edit, ScriptsOfStrokesThereAndBackEndWhereTheyBegan) {
+  const Scratch s;
+  const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json";
+  std::ofstream(s / "strokes.json") << R"({"strokes":[
+    {"label":"up","drags":[{"path":[[5,0.5,0],[5,1,0],[5,0.8,0.3],[5,0.5,0]]}],"pins":[[0,1,0]]},
+    {"drags":[{"path":[[0,1,0],[0,1.5,0]]}]}]})";
+  const auto r = meniscus_program("edit " + scene + " --script " + (s / "strokes.json") + " -o " + out);
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto surface = json_of(out)["surface"]["inputs"][1];
+  EXPECT_NEAR(surface["center"][1].get<double>(), 0, 1e-9);
+  EXPECT_NEAR(surface["radius"].get<double>(), 0.5, 1e-9);
+  EXPECT_NEAR(json_of(out)["params"]["r"]["value"].get<double>(), 1.5, 1e-9);
+}
+
+TEST(Edit, MistakesAreExplainedAndWriteNothing) {
+  const Scratch s;
+  const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json", to = " -o " + out;
+  EXPECT_EQ(meniscus_program("edit " + scene + to).code, 2);
+  EXPECT_EQ(meniscus_program("edit " + scene + " --drag '0,1,0'" + to).code, 2);
+  EXPECT_EQ(meniscus_program("edit " + scene + " --drag '0,1,0 -> 0,nan,0'" + to).code, 2);
+  const auto off = meniscus_program("edit " + scene + " --drag '0,3,0 -> 0,4,0'" + to);
+  EXPECT_EQ(off.code, 3);
+  EXPECT_NE(off.err.find("surface"), std::string::npos);
+  const auto freeze = meniscus_program("edit " + scene + " --drag '5,0.5,0 -> 5,1,0' --freeze input[1]" + to);
+  EXPECT_EQ(freeze.code, 3);
+  EXPECT_NE(freeze.err.find("input[1]"), std::string::npos) << freeze.err;
+  const auto none = meniscus_program("edit " + scene + " --drag '5,0.5,0 -> 5,1,0' --freeze 'inputs[1]'" + to);
+  EXPECT_EQ(none.code, 1);
+  EXPECT_NE(none.err.find("no parameter"), std::string::npos) << none.err;
+  EXPECT_FALSE(std::ifstream(out).good());
+}
+
+TEST(Edit, ContradictionsAreWarnedOf) {
+  const Scratch s;
+  const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json";
+  const auto r = meniscus_program("edit " + scene + " --drag '0,1,0 -> 0,1.2,0' --pin 0,0,1 -o " + out);
+  EXPECT_EQ(r.code, 0);
+  EXPECT_NE(r.err.find("misses the control"), std::string::npos) << r.err;
+  EXPECT_NEAR(json_of(out)["params"]["r"]["value"].get<double>(), 1.1, 1e-9);
+}
+
+}  // namespace
+}  // namespace meniscus
