@@ -9,8 +9,8 @@
 namespace meniscus::cli {
 namespace {
 
-constexpr AddVerb kVerbs[] = {add_info,  add_sample,  add_mesh,  add_track,  add_render,    add_skin,
-                              add_morph, add_convert, add_check, add_schema, add_completion};
+constexpr AddVerb kVerbs[] = {add_info,  add_sample, add_mesh,    add_track, add_render, add_skin,
+                              add_morph, add_edit,   add_convert, add_check, add_schema, add_completion};
 
 /// What the parser did not understand, with the word that was probably meant.
 std::string explain(const CLI::App& app, const CLI::ParseError& e, int argc, char** argv) {

@@ -20,7 +20,7 @@ const char* kBall = R"({"format":"meniscus.scene","version":1,"surface":{"type":
 
 TEST(CommandLine, HelpLeadsWithAnExampleAndExitsZero) {
   EXPECT_NE(meniscus_program("--help").out.find("Example: meniscus"), std::string::npos);
-  for (const std::string verb : {"info", "mesh", "render", "convert", "check", "schema", "completion"}) {
+  for (const std::string verb : {"info", "mesh", "render", "convert", "edit", "check", "schema", "completion"}) {
     const auto r = meniscus_program(verb + " --help");
     EXPECT_EQ(r.code, 0) << verb;
     EXPECT_NE(r.out.find("Example: meniscus " + verb), std::string::npos) << r.out;

@@ -83,7 +83,9 @@ TEST(Fit, BlobsFindPointsOfOtherBlobs) {
     if (const auto p = nearest_surface_point(*wanted, Vec3(4 * u[0] - 0.8, 2 * u[1] - 1, 2 * u[2] - 1), 3))
       points.push_back(*p);
   }
-  const FitReport report = fit(*f, points);
+  FitOptions options;
+  options.most_steps = 1000;  // radii and weights trade along a flat, winding valley
+  const FitReport report = fit(*f, points, options);
   EXPECT_GT(report.rms_before, 0.01);
   EXPECT_LT(report.rms, 1e-6);
 }

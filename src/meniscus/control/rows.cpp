@@ -39,7 +39,7 @@ SurfaceRows surface_rows(const field::Field& surface, const std::vector<Vec3>& p
   surface.parameter_rows(x.view(), raw);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double f = jets.value(i), g = jets.gradient(i).norm();
-    const double slope = std::hypot(g, f / length);
+    const double slope = std::max(g, std::abs(f) / length);
     const bool usable = std::isfinite(slope) && slope > 0;
     out.distance.push_back(std::isfinite(f) ? (usable ? f / slope : 0) : f);
     out.normal.push_back(g > 0 && std::isfinite(g) ? Vec3(jets.gradient(i) / g) : Vec3(Vec3::Zero()));

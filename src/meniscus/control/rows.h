@@ -16,8 +16,8 @@ struct SurfaceRows {
   std::vector<Vec3> normal;      ///< zero where ∇F vanishes
 };
 
-/// `length` is the scale of the shape, world units, > 0: where |∇F| is far below |F|/length it is no measure of distance
-/// and |F|/length takes its place. Rows of points where F is not finite or constant are empty.
+/// `length` is the scale of the shape, world units, > 0: where |∇F| is below |F|/length it is no measure of distance and
+/// |F|/length takes its place. Rows of points where F is not finite or constant are empty.
 SurfaceRows surface_rows(const field::Field& surface, const std::vector<Vec3>& points, double length);
 
 /// The size of change of each unknown that moves the surface by about one unit of length: the metric of a control system.

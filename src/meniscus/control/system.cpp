@@ -78,7 +78,7 @@ Answer solve_dense(const Eigen::MatrixXd& a, const Eigen::VectorXd& r, const Sol
   const Eigen::LLT<Eigen::MatrixXd> factor(g);
   const double rcond = factor.info() == Eigen::Success ? factor.rcond() : 0;
   Answer answer;
-  if (rcond > kSafeCholesky) {
+  if (rcond > (o.damping > 0 ? 0 : kSafeCholesky)) {
     Eigen::VectorXd b = wide ? r : Eigen::VectorXd(a.transpose() * r);
     Eigen::VectorXd lambda = factor.solve(b);
     lambda += factor.solve(b - g * lambda);
