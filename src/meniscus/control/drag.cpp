@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t kFewParameters = 2000;  // so many are all tried as movers of a control's stuff
 constexpr int kHalvings = 6;
+constexpr int kPatience = 20;       // steps in place until the shape is the nearest to the drag's beginning
 constexpr double kArrived = 1e-12;  // in lengths
 constexpr double kHeld = 1e-8;      // residual that does not count, in lengths
 
@@ -34,11 +35,26 @@ double largest_change(const std::vector<double>& change, const std::vector<doubl
   return most;
 }
 
+/// The share of the pull for the next round: s·y/y·y with the last round's step s and change of the pull −y.
+double next_share(const std::vector<double>& q, const std::vector<double>& last_q, const std::vector<double>& pull,
+                  const std::vector<double>& last_pull, const std::vector<double>& scale, double share) {
+  double sy = 0, yy = 0;
+  for (std::size_t k = 0; k < q.size(); ++k) {
+    if (scale[k] == 0) continue;
+    const double s = (q[k] - last_q[k]) / scale[k], y = (last_pull[k] - pull[k]) / scale[k];
+    sy += s * y;
+    yy += y * y;
+  }
+  if (!(yy > 0)) return share;
+  return sy > 0 ? std::clamp(sy / yy, 0.02, 1.0) : std::max(0.02, 0.5 * share);
+}
+
 }  // namespace
 
 /// A try to hold the controls at given positions.
 struct ControlSession::Attempt {
   bool held = false;
+  bool settled = false;  // q is the nearest to the drag's beginning, too
   std::vector<double> q;
   Solution solution;  // of the last Newton step
   std::vector<double> distance;
@@ -146,13 +162,11 @@ void ControlSession::build_sideways_rows() {
 
 /// The rows for a Newton step at the surface's present pose q: F_q·x = −F of every control, and of sideways ones that their
 /// stuff be as far from where it was grabbed as the control is.
-System ControlSession::system(const std::vector<Vec3>& positions, const std::vector<double>& q,
-                              std::vector<double>* distance) const {
+System ControlSession::system(const std::vector<Vec3>& positions, const std::vector<double>& q) const {
   SurfaceRows at = surface_rows(surface_, positions, length_);
   System s;
   s.rows = std::move(at.rows);
   for (const double d : at.distance) s.target.push_back(-d);
-  if (distance != nullptr) *distance = at.distance;
   for (std::size_t j = 0; j < sideways_.size(); ++j) {
     const auto& [control, direction] = sideways_[j];
     double wanted = direction.dot(positions[control] - controls_[control].grabbed);
@@ -173,21 +187,31 @@ System ControlSession::system(const std::vector<Vec3>& positions, const std::vec
   return s;
 }
 
+/// Each round corrects F = 0 and goes a share of the way towards the drag's beginning that the rows leave open. The whole
+/// way would overshoot where the surface bends much between there and here: the share follows Barzilai and Borwein.
 ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positions, std::vector<double> q) {
   Attempt a;
-  const double most = options_.largest_change * length_;
-  for (; a.newton_steps < options_.newton_steps; ++a.newton_steps) {
+  const double most = options_.largest_change * length_, enough = options_.tolerance * length_;
+  std::vector<double> pull(q.size()), last_pull, last_q;
+  double share = 0.5;
+  for (; a.newton_steps < options_.newton_steps && !a.settled; ++a.newton_steps) {
     surface_.set_parameters(q);
-    const System s = system(positions, q, &a.distance);
+    System s = system(positions, q);
+    const Solution whole = solve(s);
+    s.desired.clear();
     a.solution = solve(s);
     if (a.solution.status == Status::InvalidNumber || a.solution.status == Status::NoParameters) break;
-    const double change = largest_change(a.solution.x, scale_);
-    const double share = change > most ? most / change : 1;
-    for (std::size_t k = 0; k < q.size(); ++k) q[k] = moved(surface_.parameters()[k], q[k], share * a.solution.x[k]);
-    if (change <= options_.tolerance * length_) {
-      a.held = true;
-      break;
-    }
+    for (std::size_t k = 0; k < q.size(); ++k) pull[k] = whole.x[k] - a.solution.x[k];
+    if (!last_q.empty()) share = next_share(q, last_q, pull, last_pull, scale_, share);
+    last_q = q;
+    last_pull = pull;
+    a.settled = std::max(largest_change(a.solution.x, scale_), largest_change(pull, scale_)) <= enough;
+
+    std::vector<double> x = a.solution.x;
+    for (std::size_t k = 0; k < q.size(); ++k) x[k] += share * pull[k];
+    const double change = largest_change(x, scale_);
+    for (std::size_t k = 0; k < q.size(); ++k)
+      q[k] = moved(surface_.parameters()[k], q[k], change > most ? most / change * x[k] : x[k]);
   }
   a.q = std::move(q);
   surface_.set_parameters(a.q);
@@ -195,7 +219,7 @@ ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positio
   double worst = 0;
   for (const double d : a.distance) worst = std::isfinite(d) ? std::max(worst, std::abs(d)) : HUGE_VAL;
   // Contradicting controls converge slowly, to a compromise: that counts as held if the compromise is near.
-  a.held = (a.held && worst < HUGE_VAL) || worst <= kHeld * length_ ||
+  a.held = (a.settled && worst < HUGE_VAL) || worst <= kHeld * length_ ||
            (a.solution.status == Status::LeastSquares && worst <= options_.largest_step * length_);
   return a;
 }
@@ -269,6 +293,7 @@ StepReport ControlSession::step(double dt, Follow follow) {
   }
   using Outcome = StepReport::Outcome;
   const bool there = r.away <= kArrived * length_;
+  r.settled = attempt.settled;
   r.outcome = controls_.empty() ? Outcome::Arrived
               : unchanged       ? Outcome::Unchanged
               : !kept           ? Outcome::Failed
@@ -279,9 +304,12 @@ StepReport ControlSession::step(double dt, Follow follow) {
 
 StepReport ControlSession::run(double dt, int most_steps) {
   StepReport r;
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0, waited = 0; i < most_steps && waited < kPatience; ++i) {
     r = step(dt);
-    if (r.outcome != StepReport::Outcome::Moving) break;
+    if (r.outcome == StepReport::Outcome::Arrived && r.status == Status::Solved && !r.settled)
+      ++waited;
+    else if (r.outcome != StepReport::Outcome::Moving)
+      break;
   }
   return r;
 }

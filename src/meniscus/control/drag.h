@@ -16,7 +16,7 @@ struct DragOptions {
   double largest_step = 0.05;       ///< most that a control advances in a step, in lengths
   double largest_change = 0.1;      ///< most that an unknown changes (by its metric) in a Newton step, in lengths
   double capture = 0.05;            ///< a new control this near the surface, in lengths, is moved onto it
-  int newton_steps = 30;            ///< of a step's projection back onto F(p, q) = 0
+  int newton_steps = 30;            ///< of a step's projection back onto F(p, q) = 0, at most
   double tolerance = 1e-11;         ///< of that projection, in lengths
   std::vector<std::string> freeze;  ///< unknowns that stay, by name or by the name of what they belong to
 };
@@ -47,7 +47,8 @@ struct StepReport {
   double condition = 1;
   std::size_t at_bound = 0;  ///< unknowns held by their bounds
   int newton_steps = 0;
-  double away = 0;  ///< largest distance of a control from its target, world units
+  bool settled = false;  ///< the shape is, among those that hold the controls, the nearest to that of the drag's beginning
+  double away = 0;       ///< largest distance of a control from its target, world units
 };
 const char* name(StepReport::Outcome outcome);
 
@@ -90,7 +91,7 @@ class ControlSession {
  private:
   struct Attempt;
   Attempt project(const std::vector<Vec3>& positions, std::vector<double> q);
-  System system(const std::vector<Vec3>& positions, const std::vector<double>& q, std::vector<double>* distance) const;
+  System system(const std::vector<Vec3>& positions, const std::vector<double>& q) const;
   void build_sideways_rows();
   StepReport report(const Attempt& attempt, const std::vector<Vec3>& positions) const;
   std::vector<double> values() const;
