@@ -4,6 +4,7 @@
 #include <meniscus/io/geometry.h>
 #include <meniscus/polygonize/polygonize.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -69,6 +70,8 @@ int main(int argc, char** argv) {
   std::printf("all %zu vertices: RMS %.3f %%\n", wanted.positions.size(), 100 * rms(everywhere.distance) / box.diameter());
   polygonize::PolygonizeOptions how;
   how.voxel = box.diameter() / 150;
-  if (argc > 2) io::write_mesh(argv[2], polygonize::polygonize(*surface, how).mesh, {.overwrite = true});
+  io::WriteOptions write;
+  write.overwrite = true;
+  if (argc > 2) io::write_mesh(argv[2], polygonize::polygonize(*surface, how).mesh, write);
   return 0;
 }

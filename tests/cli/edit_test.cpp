@@ -36,7 +36,7 @@ TEST(Edit, DragsWriteValuesBackIntoTheScene) {
   EXPECT_EQ(report["control"]["rank"], 1);
   EXPECT_EQ(report["control"]["status"], "solved");
   EXPECT_NEAR(report["values"]["r"].get<double>(), 1.25, 1e-9);
-  EXPECT_EQ(meniscus_program("check " + out).code, 0);
+  EXPECT_EQ(meniscus_program("info " + out).code, 0);
 }
 
 TEST(Edit, SidewaysDragsMoveThePart) {
