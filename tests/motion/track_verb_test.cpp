@@ -62,6 +62,24 @@ TEST(TrackVerb, MeshesAnewWhenTopologyChanges) {
   for (const auto& o : report["outputs"]) EXPECT_TRUE(mesh::validate(io::read_mesh(o["path"])).good()) << o["path"];
 }
 
+TEST(TrackVerb, AStickThroughABlobDoesNotFoldTheMesh) {
+  const Scratch out;
+  for (const std::string kind : {"normal", "blended", "isometric"}) {
+    const auto ran = meniscus_program("track " + scene("stick_through_blob.json") + " --velocity " + kind +
+                                      " --voxel 0.1 --frames 1-60x2 --json -q -f -o '" + (out / "t.####.ply") + "'");
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto report = nlohmann::json::parse(ran.out);
+    std::size_t anew = 0;
+    for (std::size_t i = 0; i < report["frames"].size(); ++i) {
+      const auto& f = report["frames"][i];
+      anew += f.contains("remeshed") ? 1 : 0;
+      EXPECT_LE(f["flips"].get<double>(), 0.01 * report["outputs"][i]["triangles"].get<double>());
+      EXPECT_LT(f["max_distance"].get<double>(), 1e-4);
+    }
+    EXPECT_LT(anew, report["frames"].size() / 2) << kind;
+  }
+}
+
 TEST(TrackVerb, CarriesPoints) {
   const Scratch out;
   const auto ran =

@@ -12,6 +12,7 @@ namespace meniscus::scene {
 namespace {
 
 constexpr std::string_view kRest = "rest";
+constexpr std::size_t kFolded = 100;  // a mesh with one triangle in so many turned over is done with
 
 /// What the signs of F on a lattice say about the surface's topology.
 struct Topology {
@@ -157,6 +158,8 @@ TrackJobFrame TrackJob::advance(long frame, const RunControl& run) {
     out.remeshed = "topology";
   else if (out.step.lost > 0)
     out.remeshed = "lost";
+  else if (mesh_ && out.step.flips * kFolded > mesh_->mesh().triangles.size())
+    out.remeshed = "folded";
   topology_ = now;
   if (out.remeshed.empty()) return out;
   const motion::StepReport step = out.step;
@@ -167,7 +170,7 @@ TrackJobFrame TrackJob::advance(long frame, const RunControl& run) {
     inherit(mesh, mesh_->mesh().positions, mesh_->mesh().attributes);
   begin_tracking(std::move(mesh), time_of(frame), run);
   out.step = points_ ? points_->measures() : mesh_->measures();
-  out.step.lost = step.lost;
+  out.step.lost = step.lost;  // what the step did stays in the report; the measures are the new mesh's
   out.step.seconds_velocity = step.seconds_velocity;
   out.step.seconds_fairing = step.seconds_fairing;
   return out;

@@ -29,7 +29,7 @@ struct TrackJobFrame {
   Box bounds;
   motion::StepReport step;  ///< of the step that led here; for the first frame and new meshes, of the mesh as it is
   /// Why the frame was meshed anew: "first", "topology" (number of components or handles changed) or "lost" (vertices lost
-  /// their sheet). Empty when it was carried.
+  /// their sheet) or "folded" (more than a hundredth of the triangles turned over). Empty when it was carried.
   std::string remeshed;
   double seconds = 0;  ///< all of the frame, writing included
 };
