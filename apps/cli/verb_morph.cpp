@@ -75,10 +75,11 @@ void add_morph(CLI::App& app, Session& session) {
   verb->add_option("from", state->from, "first shape: scene, mesh, level set or particles")->required();
   verb->add_option("to", state->to, "last shape")->required();
   verb->add_option("--frames", state->frames, "how many, the first and last shape included; default 24");
-  verb->add_option("--voxel", state->voxel, "cell size, world units; default: a 160th of the diameter of both");
+  verb->add_option("--voxel", state->voxel, "cell size, world units; default: a 160th of the diameter of both")
+      ->check(CLI::PositiveNumber);
   verb->add_option("--tension", state->tension, "surface tension on the way, units²/s; default 0");
-  verb->add_option("--fps", state->fps, "frames per second: the unit of velocities; default 24");
-  verb->add_option("--radius", state->radius, "of particles, world units");
+  verb->add_option("--fps", state->fps, "frames per second: the unit of velocities; default 24")->check(CLI::PositiveNumber);
+  verb->add_option("--radius", state->radius, "of particles, world units")->check(CLI::PositiveNumber);
   session.add_output(*verb);
   session.add_common(*verb);
   verb->callback([state, &session] { state->run(session); });

@@ -120,13 +120,14 @@ void add_skin(CLI::App& app, Session& session) {
   auto state = std::make_shared<SkinVerb>();
   verb->add_option("particles", state->files, "particle files, a pattern such as f.####.vtk, or a dump with many steps")
       ->required();
-  verb->add_option("--radius", state->radius,
-                   "of particles, world units, where they have none; default: from their spacing");
-  verb->add_option("--voxel", state->voxel, "cell size, world units; default: half the radius");
+  verb->add_option("--radius", state->radius, "of particles, world units, where they have none; default: from their spacing")
+      ->check(CLI::PositiveNumber);
+  verb->add_option("--voxel", state->voxel, "cell size, world units; default: half the radius")->check(CLI::PositiveNumber);
   verb->add_option("--kernel", state->kernel, "how particles make a surface: averaged (default), blobs, anisotropic")
       ->check(CLI::IsMember({"averaged", "blobs", "anisotropic"}));
   verb->add_option("--tension", state->tension,
-                   "surface tension, units²/s: a sphere shrinks by 2B/R; default: 6 x follow x radius² per frame");
+                   "surface tension, units²/s: a sphere shrinks by 2B/R; default: 6 x follow x radius² per frame")
+      ->check(CLI::NonNegativeNumber);
   verb->add_option(
       "--follow", state->follow,
       "part of its distance to the particles' surface that the skin makes up per frame; less is calmer; default 0.25");
@@ -141,7 +142,7 @@ void add_skin(CLI::App& app, Session& session) {
   verb->add_option("--frames", state->frames, "frames to do: 1-48, 1-100x2, 5,9,12-20; default all");
   verb->add_option("--missing", state->missing, "what to do about a missing frame: error (default), skip, hold")
       ->check(CLI::IsMember({"error", "skip", "hold"}));
-  verb->add_option("--fps", state->fps, "frames per second: the unit of velocities; default 24");
+  verb->add_option("--fps", state->fps, "frames per second: the unit of velocities; default 24")->check(CLI::PositiveNumber);
   verb->add_option("--vdb", state->grids, "also write the level set of every frame: skin.####.vdb");
   verb->add_flag("--velocity", state->velocities, "velocities on vertices: always written, accepted for clarity");
   verb->add_flag("--resume", state->resume, "go on after the last frame that an earlier run of the same settings finished");
