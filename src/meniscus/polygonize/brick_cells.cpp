@@ -88,11 +88,6 @@ Vec3 project_trilinear(const Corners& v, Vec3 p) {
   return p;
 }
 
-Vec3 unit_or_zero(const Vec3& g) {
-  const double length = g.norm();
-  return length > 0 && std::isfinite(length) ? Vec3(g / length) : Vec3(Vec3::Zero());
-}
-
 void append_vertices(const Lattice& lattice, const Coord& cell, const CellCase& kind, const Corners& v, bool trilinear,
                      BrickCells& out) {
   // A cell cut into several loops has no single interpolant surface to stand on near each of them.

@@ -162,8 +162,9 @@ class Connector {
     const Vec3& d = position(v[3]);
     const double along_ac = pair_quality(quality(a, b, c), quality(a, c, d));
     const double along_bd = pair_quality(quality(a, b, d), quality(b, c, d));
-    // The margin keeps ties, frequent by symmetry, from being decided by rounding.
-    const bool use_bd = along_bd > along_ac + 1e-6;
+    const unsigned creased = on_crease(v[0]) | on_crease(v[1]) << 1 | on_crease(v[2]) << 2 | on_crease(v[3]) << 3;
+    // A crease must not be cut across. The margin keeps ties, frequent by symmetry, from being decided by rounding.
+    const bool use_bd = creased == 0b1010 || (creased != 0b0101 && along_bd > along_ac + 1e-6);
     if (use_bd) {
       add(v[0], v[1], v[3], outward);
       add(v[1], v[2], v[3], outward);
@@ -175,6 +176,9 @@ class Connector {
     if ((chosen < 0 ? chosen + 1 : chosen) < kDegenerate) mark(p);
   }
 
+  unsigned on_crease(std::uint32_t v) const {
+    return !shell_.placed.empty() && shell_.placed[v] == Placed::Crease ? 1U : 0U;
+  }
   const Vec3& position(std::uint32_t v) const { return shell_.positions[v]; }
   void add(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool outward) {
     const auto i = [](std::uint32_t v) { return static_cast<std::int32_t>(v); };

@@ -1,6 +1,7 @@
 #include <meniscus/base/error.h>
 #include <meniscus/polygonize/bricks_near.h>
 #include <meniscus/polygonize/clipped_field.h>
+#include <meniscus/polygonize/crease.h>
 #include <meniscus/polygonize/field_sampler.h>
 #include <meniscus/polygonize/finish.h>
 #include <meniscus/polygonize/polygonize.h>
@@ -89,7 +90,11 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
   report.evaluations = shell.evaluations;
   run.progress(0.6, "refining");
 
-  ProjectReport projected = project(clipped, shell, {options.projection, 1e-9, options.normals}, run);
+  const bool creases = options.creases && options.projection > 0;
+  const ProjectOptions place{options.projection, 1e-9, options.normals || creases};
+  ProjectReport projected = project(clipped, shell, place, run);
+  if (creases) place_on_creases(clipped, shell, place.tolerance, projected, run);
+  if (!options.normals) shell.normals.clear();
   run.progress(0.9, "connecting");
 
   const auto settle = [&](Shell& s, std::span<const std::size_t> vertices) {
@@ -98,6 +103,7 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
   result.mesh = finish(std::move(shell), {options.max_triangles, options.count_components}, settle, report, run);
   report.evaluations += projected.evaluations;
   report.vertices_bisected = projected.bisected;
+  report.vertices_on_creases = projected.creases;
   report.vertices_at_box = projected.at_box;
   report.worst_residual = projected.worst_residual;
   warn(report, options);

@@ -22,7 +22,10 @@ struct PolygonizeOptions {
   std::optional<Box> box = {};
   /// Newton steps tried per vertex before bisection; 0 leaves vertices at the mean of their cell's edge crossings.
   int projection = 12;
-  /// Computes the attribute "N": unit ∇F.
+  /// Puts vertices where the surface has an edge or a corner onto it; otherwise these are cut off within a cell, and jagged.
+  /// Needs projection.
+  bool creases = true;
+  /// Computes the attribute "N": unit ∇F; on creases the mean of the faces around.
   bool normals = true;
   /// Counts the components for the report: a tenth of the time or so.
   bool count_components = true;
@@ -39,6 +42,7 @@ struct PolygonizeReport {
   std::size_t nan_samples = 0;        ///< lattice points where F is NaN, counted as outside
   std::size_t vertices_at_box = 0;    ///< on the faces of the box
   std::size_t vertices_bisected = 0;  ///< where Newton's method failed and bisection found the surface
+  std::size_t vertices_on_creases = 0;
   std::size_t vertices_moved = 0;     ///< taken off the surface, by 1e-4 voxel or more, to give a triangle area
   double worst_residual = 0;          ///< largest |F|/|∇F| of vertices that were not bisected, voxels
   std::size_t components = 0;         ///< if asked for

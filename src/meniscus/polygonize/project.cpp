@@ -60,11 +60,6 @@ std::size_t bisect(const ClippedField& field, const Shell& shell, std::span<cons
   return count * (1 + static_cast<std::size_t>(kBisections));
 }
 
-Vec3 unit_or_zero(const Vec3& g) {
-  const double length = g.norm();
-  return length > 0 && std::isfinite(length) ? Vec3(g / length) : Vec3(Vec3::Zero());
-}
-
 /// The vertices of one block on their way to the surface.
 class BlockProjector {
  public:
@@ -95,10 +90,7 @@ class BlockProjector {
 
  private:
   Vec3& position(std::size_t i) { return shell_.positions[begin_ + i]; }
-  double tolerance(std::size_t i) {
-    constexpr double kEpsilon = 8 * std::numeric_limits<double>::epsilon();
-    return options_.tolerance * shell_.lattice.voxel + kEpsilon * position(i).lpNorm<Eigen::Infinity>();
-  }
+  double tolerance(std::size_t i) { return surface_tolerance(shell_.lattice, options_.tolerance, position(i)); }
   bool arrived(std::size_t i) { return std::abs(value_[i]) <= tolerance(i) * gradient_[i].norm(); }
 
   JetBatch evaluate(const PositionBatch& at, Order order) {
@@ -185,21 +177,17 @@ class BlockProjector {
     report_.bisected += which.size();
     for (std::size_t n = 0; n < which.size(); ++n) position(which[n]) = points[n];
     evaluate_here(which);
-    bisected_ = which;
+    for (const std::size_t i : which) shell_.placed[begin_ + i] = Placed::Bisected;
   }
 
   void finish() {
     if (options_.iterations <= 0 && !options_.normals) return;
-    std::size_t next = 0;
     for (std::size_t i = 0; i < size_; ++i) {
       const double slope = gradient_[i].norm();
       if (options_.normals) shell_.normals[begin_ + i] = unit_or_zero(gradient_[i]);
       if (field_.past_box(position(i)) >= -tolerance(i)) ++report_.at_box;
-      if (next < bisected_.size() && bisected_[next] == i) {
-        ++next;
-      } else if (slope > 0 && std::isfinite(slope)) {
+      if (shell_.placed[begin_ + i] == Placed::Newton && slope > 0 && std::isfinite(slope))
         report_.worst_residual = std::max(report_.worst_residual, std::abs(value_[i]) / slope / shell_.lattice.voxel);
-      }
     }
   }
 
@@ -213,24 +201,31 @@ class BlockProjector {
   std::vector<Vec3> start_;
   std::vector<Coord> cells_;
   std::vector<std::size_t> all_;
-  std::vector<std::size_t> bisected_;
   ProjectReport report_;
 };
 
 }  // namespace
 
+ProjectReport sum(ProjectReport a, const ProjectReport& b) {
+  a.evaluations += b.evaluations;
+  a.bisected += b.bisected;
+  a.at_box += b.at_box;
+  a.creases += b.creases;
+  a.worst_residual = std::max(a.worst_residual, b.worst_residual);
+  return a;
+}
+
+double surface_tolerance(const Lattice& lattice, double tolerance, const Vec3& p) {
+  constexpr double kEpsilon = 8 * std::numeric_limits<double>::epsilon();
+  return tolerance * lattice.voxel + kEpsilon * p.lpNorm<Eigen::Infinity>();
+}
+
 ProjectReport project(const ClippedField& field, Shell& shell, const ProjectOptions& options, const RunControl& run) {
   if (options.normals) shell.normals.resize(shell.positions.size());
+  shell.placed.assign(shell.positions.size(), Placed::Newton);
   return parallel_reduce(
       shell.positions.size(), kVerticesPerBlock, run, ProjectReport{},
-      [&](std::size_t begin, std::size_t end) { return BlockProjector(field, shell, options, begin, end).run(); },
-      [](ProjectReport a, const ProjectReport& b) {
-        a.evaluations += b.evaluations;
-        a.bisected += b.bisected;
-        a.at_box += b.at_box;
-        a.worst_residual = std::max(a.worst_residual, b.worst_residual);
-        return a;
-      });
+      [&](std::size_t begin, std::size_t end) { return BlockProjector(field, shell, options, begin, end).run(); }, sum);
 }
 
 void settle_in_cells(const ClippedField& field, Shell& shell, std::span<const std::size_t> vertices, ProjectReport& report) {
@@ -238,7 +233,12 @@ void settle_in_cells(const ClippedField& field, Shell& shell, std::span<const st
   for (const std::size_t v : vertices) points.push_back(place_of(shell, v).center);
   report.evaluations += bisect(field, shell, vertices, points);
   report.bisected += vertices.size();
-  for (std::size_t n = 0; n < vertices.size(); ++n) shell.positions[vertices[n]] = points[n];
+  for (std::size_t n = 0; n < vertices.size(); ++n) {
+    Placed& placed = shell.placed[vertices[n]];
+    if (placed == Placed::Crease) --report.creases;
+    placed = Placed::Bisected;
+    shell.positions[vertices[n]] = points[n];
+  }
   if (shell.normals.empty()) return;
   JetBatch jets(points.size(), Order::Gradient);
   field.evaluate(PositionBatch(points).view(), jets.view());

@@ -6,6 +6,7 @@
 #include <meniscus/polygonize/cell_cases.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -55,6 +56,11 @@ inline unsigned bit_count(std::uint64_t w) {
   return static_cast<unsigned>((((w + (w >> 4)) & 0x0F0F0F0F0F0F0F0FU) * 0x0101010101010101U) >> 56);
 }
 
+inline Vec3 unit_or_zero(const Vec3& g) {
+  const double length = g.norm();
+  return length > 0 && std::isfinite(length) ? Vec3(g / length) : Vec3(Vec3::Zero());
+}
+
 /// A brick that the surface passes through.
 struct SurfaceBrick {
   Coord index{};
@@ -79,6 +85,9 @@ struct SurfaceCell {
   std::uint16_t first_vertex = 0;  ///< counted from the brick's first
 };
 
+/// How a vertex came to its place.
+enum class Placed : std::uint8_t { Newton, Bisected, Crease };
+
 /// The cells that the surface passes through and the mesh vertices in them: one per loop of each cell, plus those of split
 /// faces. Everything sorted by brick, then by cell.
 struct Shell {
@@ -86,7 +95,8 @@ struct Shell {
   std::vector<SurfaceBrick> bricks;
   std::vector<SurfaceCell> cells;
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;  ///< unit, from the samples; only if asked for
+  std::vector<Vec3> normals;   ///< unit; only if asked for
+  std::vector<Placed> placed;  ///< by project() and place_on_creases(); empty before
   std::size_t sampled_bricks = 0;
   std::size_t evaluations = 0;  ///< as the sampler counts
   std::size_t nan_samples = 0;  ///< points that several bricks share count for each
