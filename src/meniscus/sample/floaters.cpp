@@ -25,7 +25,6 @@ constexpr double kStray = 0.5;        // radii off the surface at which feedback
 constexpr double kMaxMove = 1.0;      // radii per step, along the surface
 constexpr double kPushApart = 0.5;    // radii between a parent and each child
 constexpr double kSingular = 1e-9;    // |∇F| over its mean
-constexpr int kQuiet = 20;
 constexpr double kTilePerRadius2 = 3.523;  // area a particle at rest holds, in σ²
 
 void check(const Box& box, const FloaterOptions& o) {
