@@ -18,13 +18,13 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kOnSurface = 1e-12;  // of the box diameter
-constexpr double kSkin = 0.4;         // radii that neighbour lists reach beyond the repulsion
-constexpr double kTornSkin = 1.2;     // of the listed reach: what even a single particle may not exceed
-constexpr double kStray = 0.5;        // radii off the surface at which feedback gives way to Newton steps
-constexpr double kMaxMove = 1.0;      // radii per step, along the surface
-constexpr double kPushApart = 0.5;    // radii between a parent and each child
-constexpr double kSingular = 1e-9;    // |∇F| over its mean
+constexpr double kOnSurface = 1e-12;       // of the box diameter
+constexpr double kSkin = 0.4;              // radii that neighbour lists reach beyond the repulsion
+constexpr double kTornSkin = 1.2;          // of the listed reach: what even a single particle may not exceed
+constexpr double kStray = 0.5;             // radii off the surface at which feedback gives way to Newton steps
+constexpr double kMaxMove = 1.0;           // radii per step, along the surface
+constexpr double kPushApart = 0.5;         // radii between a parent and each child
+constexpr double kSingular = 1e-9;         // |∇F| over its mean
 constexpr double kTilePerRadius2 = 3.523;  // area a particle at rest holds, in σ²
 
 void check(const Box& box, const FloaterOptions& o) {
