@@ -1,5 +1,6 @@
 #include <meniscus/band/components.h>
 #include <meniscus/band/kernels.h>
+#include <meniscus/base/disjoint_sets.h>
 #include <meniscus/base/parallel.h>
 
 #include <Eigen/Geometry>
@@ -7,28 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 namespace meniscus::band {
 namespace {
-
-/// Sets of numbers that grow together; the smallest member names a set.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), std::uint32_t{0}); }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// Vector area and flux of x (three times the volume share) of one component within a brick.
 struct Share {

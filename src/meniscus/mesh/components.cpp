@@ -1,31 +1,9 @@
+#include <meniscus/base/disjoint_sets.h>
 #include <meniscus/mesh/components.h>
 
 #include <algorithm>
-#include <numeric>
 
 namespace meniscus::mesh {
-namespace {
-
-/// Disjoint sets whose root is always the smallest member.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0U); }
-
-  std::uint32_t root(std::uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-}  // namespace
 
 Components components(const Mesh& mesh) {
   DisjointSets sets(mesh.positions.size());
