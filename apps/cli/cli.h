@@ -18,7 +18,8 @@
 #include <string>
 #include <vector>
 
-/// The command line: thin faces over the library. Every verb is one file verb_NAME.cpp with one function add_NAME.
+/// The command line: thin faces over the library. Every verb is one file verb_NAME.cpp with one
+/// function add_NAME, declared and listed in main.cpp.
 namespace meniscus::cli {
 
 /// What the process answers, see INTERFACES in docs/command-line.md.
@@ -125,20 +126,5 @@ std::string grouped(std::size_t n);
 Vec3 parse_vector(const std::string& text, const std::string& option);
 /// "x,y,z -> x,y,z", the lower corner first, as a box; throws UsageError.
 Box parse_box(const std::string& text);
-
-using AddVerb = void (*)(CLI::App& app, Session& session);
-
-void add_info(CLI::App& app, Session& session);
-void add_mesh(CLI::App& app, Session& session);
-void add_sample(CLI::App& app, Session& session);
-void add_render(CLI::App& app, Session& session);
-void add_skin(CLI::App& app, Session& session);
-void add_morph(CLI::App& app, Session& session);
-void add_track(CLI::App& app, Session& session);
-void add_convert(CLI::App& app, Session& session);
-void add_edit(CLI::App& app, Session& session);
-void add_check(CLI::App& app, Session& session);
-void add_schema(CLI::App& app, Session& session);
-void add_completion(CLI::App& app, Session& session);
 
 }  // namespace meniscus::cli

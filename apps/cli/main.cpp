@@ -7,6 +7,22 @@
 #include <new>
 
 namespace meniscus::cli {
+
+using AddVerb = void (*)(CLI::App& app, Session& session);
+
+void add_info(CLI::App& app, Session& session);
+void add_mesh(CLI::App& app, Session& session);
+void add_sample(CLI::App& app, Session& session);
+void add_render(CLI::App& app, Session& session);
+void add_skin(CLI::App& app, Session& session);
+void add_morph(CLI::App& app, Session& session);
+void add_track(CLI::App& app, Session& session);
+void add_convert(CLI::App& app, Session& session);
+void add_edit(CLI::App& app, Session& session);
+void add_check(CLI::App& app, Session& session);
+void add_schema(CLI::App& app, Session& session);
+void add_completion(CLI::App& app, Session& session);
+
 namespace {
 
 constexpr AddVerb kVerbs[] = {add_info,  add_sample, add_mesh,    add_track, add_render, add_skin,
