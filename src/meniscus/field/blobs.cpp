@@ -16,8 +16,6 @@ namespace {
 
 const SumBlobsTable kSumBlobsSse2 = MENISCUS_SUM_BLOBS_TABLE(packet::Sse2);
 
-constexpr std::size_t kFewBlobs = 24;  // so few are summed without a search
-
 const SlotInfo kPointSlots[] = {{"center.x", Quantity::Coordinate},
                                 {"center.y", Quantity::Coordinate},
                                 {"center.z", Quantity::Coordinate},
@@ -94,13 +92,8 @@ class BlobSum final : public Field {
   void check() const;
   void refresh();
   BlobArrays arrays() const;
-  void sum(const std::vector<ReachIndex::Range>& ranges, const Positions& x, const JetView& out) const;
+  void sum(std::span<const ReachIndex::Range> ranges, const Positions& x, const JetView& out) const;
   Interval item_range(std::uint32_t k, const Box& box) const;
-
-  /// Calls visit(candidate ranges, indices of points) for groups of points that share their candidates; points out of reach
-  /// come with no candidates.
-  template <class Visit>
-  void for_groups(const Positions& x, const Visit& visit) const;
 
   BlobKernel kernel_;
   bool segment_;
@@ -177,46 +170,7 @@ BlobArrays BlobSum::arrays() const {
   return b;
 }
 
-template <class Visit>
-void BlobSum::for_groups(const Positions& x, const Visit& visit) const {
-  std::vector<ReachIndex::Range> ranges;
-  std::vector<std::uint32_t> group;
-  const auto count = static_cast<std::uint32_t>(index_.order().size());
-
-  // Points by cell: a hash brings equal cells together, with the point's number in its low half so that plain integers are
-  // sorted; cells themselves are compared.
-  std::vector<std::uint64_t> keys;
-  std::vector<ReachIndex::Cell> cells(x.size);
-  for (std::uint32_t i = 0; i < x.size; ++i) {
-    const Vec3 p = x[i];
-    if (count == 0 || !index_.bounds().contains(p)) {
-      group.push_back(i);
-      continue;
-    }
-    cells[i] = count <= kFewBlobs ? ReachIndex::Cell{0, 0, 0} : index_.cell(p);
-    const auto mix = static_cast<std::uint64_t>(cells[i][0]) * 0x9e3779b97f4a7c15u ^
-                     static_cast<std::uint64_t>(cells[i][1]) * 0xc2b2ae3d27d4eb4fu ^
-                     static_cast<std::uint64_t>(cells[i][2]) * 0x165667b19e3779f9u;
-    keys.push_back((mix & 0xffffffff00000000u) | i);
-  }
-  if (!group.empty()) visit(ranges, group);
-
-  std::sort(keys.begin(), keys.end());
-  const auto point = [&](std::size_t k) { return static_cast<std::uint32_t>(keys[k] & 0xffffffffu); };
-  for (std::size_t k = 0; k < keys.size();) {
-    const ReachIndex::Cell cell = cells[point(k)];
-    ranges.clear();
-    group.clear();
-    if (count <= kFewBlobs)
-      ranges.push_back({0, count});
-    else
-      index_.candidates(cell, ranges);
-    for (; k < keys.size() && cells[point(k)] == cell; ++k) group.push_back(point(k));
-    visit(ranges, group);
-  }
-}
-
-void BlobSum::sum(const std::vector<ReachIndex::Range>& ranges, const Positions& x, const JetView& out) const {
+void BlobSum::sum(std::span<const ReachIndex::Range> ranges, const Positions& x, const JetView& out) const {
   static_assert(sizeof(BlobRange) == sizeof(ReachIndex::Range));
   std::vector<BlobRange> list(ranges.size());
   for (std::size_t r = 0; r < ranges.size(); ++r) list[r] = {ranges[r].begin, ranges[r].end};
@@ -238,7 +192,7 @@ void BlobSum::do_evaluate(const Positions& x, const JetView& out) const {
     const Positions part = x.part(begin, size);
     PositionBatch gathered(size);
     JetBatch jets(size, out.order);
-    for_groups(part, [&](const auto& ranges, const auto& group) {
+    index_.for_groups(part, [&](std::span<const ReachIndex::Range> ranges, std::span<const std::uint32_t> group) {
       for (std::size_t k = 0; k < group.size(); ++k) gathered.set(k, part[group[k]]);
       const JetView view = jets.view().part(0, group.size());
       sum(ranges, gathered.view().part(0, group.size()), view);
@@ -250,7 +204,7 @@ void BlobSum::do_evaluate(const Positions& x, const JetView& out) const {
 
 void BlobSum::do_material_velocity(const Positions& x, const VelocityView& out) const {
   double q[BlobArrays::kMost] = {}, rate[BlobArrays::kMost] = {};
-  for_groups(x, [&](const auto& ranges, const auto& group) {
+  index_.for_groups(x, [&](std::span<const ReachIndex::Range> ranges, std::span<const std::uint32_t> group) {
     for (const std::uint32_t p : group) {
       // [SS11 §5]: the mean of the blobs' velocities, each weighted by the factor of d in its gradient.
       const Vec3 point = x[p];

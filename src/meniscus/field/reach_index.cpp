@@ -10,6 +10,7 @@ namespace {
 constexpr std::uint32_t kEmpty = 0xffffffffu;
 constexpr std::int64_t kWindow = 2;  // cells on each side, cells being half the largest radius
 constexpr int kMaxLevels = 24;
+constexpr std::size_t kFew = 24;  // so few are all candidates, without a search
 
 std::int64_t floor_to_cell(double x, double cell) {
   // Kept within what shifts and windows can bear; only absurd ratios of extent to radius come near.
@@ -102,6 +103,45 @@ void ReachIndex::candidates(const Cell& cell, std::vector<Range>& out) const {
     for (std::int64_t x = cx - kWindow; x <= cx + kWindow; ++x)
       for (std::int64_t y = cy - kWindow; y <= cy + kWindow; ++y)
         if (const Row* row = find_row(static_cast<std::int64_t>(l), x, y)) append(*row, cz - kWindow, cz + kWindow, out);
+  }
+}
+
+void ReachIndex::for_groups(const Positions& x,
+                            FunctionRef<void(std::span<const Range>, std::span<const std::uint32_t>)> visit) const {
+  std::vector<Range> ranges;
+  std::vector<std::uint32_t> group;
+  const auto count = static_cast<std::uint32_t>(order_.size());
+
+  // Points by cell: a hash brings equal cells together, with the point's number in its low half so that plain integers are
+  // sorted; cells themselves are compared.
+  std::vector<std::uint64_t> keys;
+  std::vector<Cell> cells(x.size);
+  for (std::uint32_t i = 0; i < x.size; ++i) {
+    const Vec3 p = x[i];
+    if (count == 0 || !bounds_.contains(p)) {
+      group.push_back(i);
+      continue;
+    }
+    cells[i] = count <= kFew ? Cell{0, 0, 0} : cell(p);
+    const auto mix = static_cast<std::uint64_t>(cells[i][0]) * 0x9e3779b97f4a7c15u ^
+                     static_cast<std::uint64_t>(cells[i][1]) * 0xc2b2ae3d27d4eb4fu ^
+                     static_cast<std::uint64_t>(cells[i][2]) * 0x165667b19e3779f9u;
+    keys.push_back((mix & 0xffffffff00000000u) | i);
+  }
+  if (!group.empty()) visit(ranges, group);
+
+  std::sort(keys.begin(), keys.end());
+  const auto point = [&](std::size_t k) { return static_cast<std::uint32_t>(keys[k] & 0xffffffffu); };
+  for (std::size_t k = 0; k < keys.size();) {
+    const Cell shared = cells[point(k)];
+    ranges.clear();
+    group.clear();
+    if (count <= kFew)
+      ranges.push_back({0, count});
+    else
+      candidates(shared, ranges);
+    for (; k < keys.size() && cells[point(k)] == shared; ++k) group.push_back(point(k));
+    visit(ranges, group);
   }
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <meniscus/base/box.h>
+#include <meniscus/base/function_ref.h>
+#include <meniscus/field/jets.h>
 
 #include <array>
 #include <cstdint>
@@ -36,6 +38,10 @@ class ReachIndex {
   Cell cell(const Vec3& p) const;
   /// Appends the candidates of the points in `cell`, in a fixed order.
   void candidates(const Cell& cell, std::vector<Range>& out) const;
+  /// Calls visit(candidates, numbers of points) for groups of points that share their candidates; points that nothing
+  /// reaches come with no candidates. Makes work on many points at once as good as their order allows.
+  void for_groups(const Positions& x,
+                  FunctionRef<void(std::span<const Range> candidates, std::span<const std::uint32_t> points)> visit) const;
   /// Appends the spheres that may overlap `box`; returns false, with nothing useful in `out`, when there are more than
   /// `most`.
   bool overlapping(const Box& box, std::size_t most, std::vector<Range>& out) const;
