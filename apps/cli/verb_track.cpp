@@ -17,6 +17,7 @@ struct TrackVerb {
   std::string as = "mesh";
   std::string integrator = "heun";
   int fairing = 0;
+  int redistribute = scene::TrackJobOptions{}.redistribution;
   std::optional<double> voxel;
 
   void run(Session& session) const;
@@ -38,6 +39,7 @@ scene::TrackJobOptions TrackVerb::options(const Session& session) const {
   o.tracker.integrator = kIntegrators.at(integrator);
   o.tracker.fairing = fairing;
   o.points = as == "points";
+  o.redistribution = redistribute;
   o.voxel = voxel;
   o.output = session.output();
   o.write = session.write_options();
@@ -55,8 +57,21 @@ nlohmann::json to_json(const scene::TrackJobFrame& f) {
                    {"seconds_velocity", f.step.seconds_velocity},
                    {"seconds_fairing", f.step.seconds_fairing},
                    {"seconds", f.seconds}};
+  if (f.remeshed.empty() && f.born == 0) return j;
   if (!f.remeshed.empty()) j["remeshed"] = f.remeshed;
+  j["kept"] = f.kept;
+  if (f.born > 0) j["born"] = f.born;
+  for (const Box& region : f.regions) j["regions"].push_back(cli::to_json(region));
   return j;
+}
+
+/// What happened beside being carried, for people.
+std::string news(const scene::TrackJobFrame& f) {
+  if (f.remeshed.empty()) return f.born > 0 ? fmt::format(", {} born", grouped(f.born)) : "";
+  if (f.remeshed == "first") return "";
+  if (f.triangles == 0) return fmt::format(", {}: {} born", f.remeshed, grouped(f.born));
+  return fmt::format(", {}: meshed anew in {} {}, {} vertices kept", f.remeshed, f.regions.size(),
+                     f.regions.size() == 1 ? "place" : "places", grouped(f.kept));
 }
 
 void TrackVerb::run(Session& session) const {
@@ -75,8 +90,7 @@ void TrackVerb::run(Session& session) const {
     session.report()["outputs"].push_back(std::move(out));
     if (f.vertices == 0) session.warn("empty", "the surface is empty at this voxel size", f.path);
     session.say(fmt::format("{}: {} vertices{}{}", f.path, grouped(f.vertices),
-                            job.points ? "" : fmt::format(", distortion {:.4f}", f.step.area_log_mean),
-                            f.remeshed.empty() ? "" : ", meshed anew: " + f.remeshed));
+                            job.points ? "" : fmt::format(", distortion {:.4f}", f.step.area_log_mean), news(f)));
   };
   scene::run_track_job(source, job, heard, control.part(0.05, 1));
   session.timing("track");
@@ -97,6 +111,8 @@ void add_track(CLI::App& app, Session& session) {
   verb->add_option("--as", state->as, "mesh or points; default mesh")->check(CLI::IsMember({"mesh", "points"}));
   verb->add_option("--fairing", state->fairing, "rounds of edge springs a frame, 0 or more; default 0")
       ->check(CLI::Range(0, 1000));
+  verb->add_option("--redistribute", state->redistribute, "frames between redistributions of points, 0 for none; default 12")
+      ->check(CLI::Range(0, 1000000));
   verb->add_option("--integrator", state->integrator, "euler, heun or rk4; default heun")
       ->check(CLI::IsMember({"euler", "heun", "rk4"}));
   verb->add_option("--voxel", state->voxel,

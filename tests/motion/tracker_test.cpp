@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numeric>
 
 namespace meniscus::motion {
 namespace {
@@ -117,6 +118,40 @@ TEST(MeshTracker, FairingLeavesAnUnstrainedMeshAlone) {
   const auto f = test::carried_blobs();
   MeshTracker t = tracker(*f, 0.25, {.velocity = {.kind = Velocity::Total}, .fairing = 10});
   EXPECT_LT(follow(t, *f, 0.5, 3).area_log_max, 1e-9);
+}
+
+TEST(MeshTracker, AMendedMeshKeepsItsReferences) {
+  const auto f = test::carried_blobs();
+  const TrackerOptions options{.velocity = {.kind = Velocity::Normal}, .fairing = 3};
+  MeshTracker t = tracker(*f, 0.25, options);
+  MeshTracker same = tracker(*f, 0.25, options);
+  follow(t, *f, 0.3, 3);
+  const StepReport before = follow(same, *f, 0.3, 3);
+  // The same mesh but for its last triangle, which counts as new.
+  std::vector<std::int32_t> vertices(t.mesh().positions.size());
+  std::vector<std::int32_t> triangles(t.mesh().triangles.size() - 1);
+  std::iota(vertices.begin(), vertices.end(), 0);
+  std::iota(triangles.begin(), triangles.end(), 0);
+  t.replace(t.mesh(), vertices, triangles, *f);
+  const StepReport after = t.measures();
+  EXPECT_GT(after.area_log_mean, 0.05);
+  EXPECT_NEAR(after.area_log_mean, before.area_log_mean, 2.0 / static_cast<double>(triangles.size()));
+  EXPECT_LT(after.area_log_mean, before.area_log_mean);
+  // Springs are as long as they were: the same step leads to the same mesh.
+  follow(t, *f, 0.1, 1);
+  follow(same, *f, 0.1, 1);
+  EXPECT_EQ(t.mesh().positions, same.mesh().positions);
+}
+
+TEST(Fair, LeavesTheFirstVerticesAlone) {
+  const auto f = test::carried_blobs();
+  f->set_time(0);
+  mesh::Mesh m = surface(*f, 0.25);
+  const std::vector<Vec3> before = m.positions;
+  const auto fixed = static_cast<std::ptrdiff_t>(before.size() / 2);
+  fair(*f, m, 3, {}, before.size() / 2);
+  EXPECT_TRUE(std::equal(before.begin(), before.begin() + fixed, m.positions.begin()));
+  EXPECT_FALSE(std::equal(before.begin() + fixed, before.end(), m.positions.begin() + fixed));
 }
 
 TEST(MeshTracker, DiscontinuitiesDoNotDestabilise) {

@@ -119,7 +119,7 @@ std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::s
   return total;
 }
 
-void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run) {
+void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run, std::size_t fixed) {
   const mesh::IndexLists ring = mesh::vertex_neighbours(mesh);
   std::vector<Vec3> next(mesh.positions.size());
   std::vector<double> reach(mesh.positions.size());
@@ -129,7 +129,7 @@ void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunCont
       const Vec3& x = mesh.positions[i];
       next[i] = x;
       reach[i] = 0;
-      if (ring[i].empty()) return;
+      if (i < fixed || ring[i].empty()) return;
       Vec3 mean = Vec3::Zero();
       for (const std::int32_t j : ring[i]) {
         mean += mesh.positions[static_cast<std::size_t>(j)] - x;
@@ -147,17 +147,44 @@ void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunCont
 
 MeshTracker::MeshTracker(mesh::Mesh mesh, const field::Field& field, double time, const TrackerOptions& options,
                          const RunControl& run)
-    : mesh_(std::move(mesh)),
-      options_(options),
-      time_(time),
-      neighbours_(mesh::vertex_neighbours(mesh_)),
-      area_(areas(mesh_)),
-      lost_(mesh_.positions.size()) {
+    : mesh_(std::move(mesh)), options_(options), time_(time) {
   if (options_.fairing < 0) throw InvalidInput("the number of fairing rounds must not be negative");
+  measure_references();
+  velocities_ = evaluate(field, mesh_.positions, run);
+  write_attributes();
+}
+
+void MeshTracker::measure_references() {
+  neighbours_ = mesh::vertex_neighbours(mesh_);
+  area_ = areas(mesh_);
+  lost_.assign(mesh_.positions.size(), 0);
+  rest_.clear();
   rest_.reserve(neighbours_.items.size());
   for (std::size_t i = 0; i < neighbours_.size(); ++i)
     for (const std::int32_t j : neighbours_[i])
       rest_.push_back((mesh_.positions[static_cast<std::size_t>(j)] - mesh_.positions[i]).norm());
+}
+
+void MeshTracker::replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_vertices,
+                          std::span<const std::int32_t> kept_triangles, const field::Field& field, const RunControl& run) {
+  const mesh::IndexLists old_neighbours = std::move(neighbours_);
+  const std::vector<double> old_rest = std::move(rest_);
+  const std::vector<double> old_area = std::move(area_);
+  mesh_ = std::move(mesh);
+  measure_references();
+  for (std::size_t f = 0; f < kept_triangles.size(); ++f) area_[f] = old_area[static_cast<std::size_t>(kept_triangles[f])];
+  for (std::size_t i = 0; i < kept_vertices.size(); ++i) {
+    const auto from = static_cast<std::size_t>(kept_vertices[i]);
+    const auto old = old_neighbours[from];
+    for (std::size_t k = 0; k < neighbours_[i].size(); ++k) {
+      const auto j = static_cast<std::size_t>(neighbours_[i][k]);
+      if (j >= kept_vertices.size()) continue;
+      const auto found = std::lower_bound(old.begin(), old.end(), kept_vertices[j]);
+      if (found == old.end() || *found != kept_vertices[j]) continue;
+      rest_[neighbours_.begin[i] + k] = old_rest[old_neighbours.begin[from] + static_cast<std::size_t>(found - old.begin())];
+    }
+  }
+  solver_.reset();
   velocities_ = evaluate(field, mesh_.positions, run);
   write_attributes();
 }

@@ -48,8 +48,8 @@ std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::s
                     const RunControl& run = {}, std::vector<std::uint8_t>* lost = nullptr);
 
 /// Evens out a mesh on its surface: `rounds` of uniform Laplacian fairing in the tangent plane, each followed by a
-/// projection.
-void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run = {});
+/// projection. The first `fixed` vertices stay where they are.
+void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run = {}, std::size_t fixed = 0);
 
 /// Carries the vertices of a mesh along a moving surface. Connectivity and attributes stay; attributes "N" (unit normal) and
 /// "v" (world units per second) are those of the vertices as they are now.
@@ -63,6 +63,11 @@ class MeshTracker {
   /// Throws InvalidInput unless `to` is finite.
   StepReport advance(PoseAt pose, double to, const RunControl& run = {});
 
+  /// Goes on with `mesh`, which lies on the surface of `field` and begins with these vertices and triangles of mesh(), in
+  /// rising order: their edges and triangles keep the first mesh's lengths and areas, the others' are measured now.
+  void replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_vertices, std::span<const std::int32_t> kept_triangles,
+               const field::Field& field, const RunControl& run = {});
+
   const mesh::Mesh& mesh() const { return mesh_; }
   const Velocities& velocities() const { return velocities_; }
   /// Vertices that the last step lost.
@@ -75,6 +80,7 @@ class MeshTracker {
   Velocities evaluate(const field::Field& field, std::span<const Vec3> x, const RunControl& run);
   std::vector<double> half_ring_lengths() const;
   void spring_round(const field::Field& field, const RunControl& run);
+  void measure_references();
   void write_attributes();
 
   mesh::Mesh mesh_;

@@ -1,7 +1,10 @@
 #include <meniscus/base/error.h>
 #include <meniscus/io/frames.h>
-#include <meniscus/points/neighbours.h>
+#include <meniscus/mesh/components.h>
+#include <meniscus/polygonize/mend.h>
 #include <meniscus/polygonize/polygonize.h>
+#include <meniscus/scene/inherit.h>
+#include <meniscus/scene/point_population.h>
 #include <meniscus/scene/track_job.h>
 
 #include <chrono>
@@ -14,12 +17,26 @@ namespace {
 constexpr std::string_view kRest = "rest";
 constexpr std::size_t kFolded = 100;  // a mesh with one triangle in so many turned over is done with
 
-/// What the signs of F on a lattice say about the surface's topology.
+/// What tells surfaces apart that no motion carries into one another.
 struct Topology {
   std::size_t components = 0;
   std::ptrdiff_t euler = 0;
   bool operator==(const Topology&) const = default;
 };
+
+/// Of a closed manifold, which has three edges for every two triangles.
+Topology topology_of(const mesh::Mesh& mesh) {
+  return {mesh::components(mesh).count,
+          static_cast<std::ptrdiff_t>(mesh.positions.size()) - static_cast<std::ptrdiff_t>(mesh.triangles.size() / 2)};
+}
+
+Attributes first_attributes(const std::vector<Vec3>& positions) {
+  std::vector<double> rest;
+  for (const Vec3& p : positions) rest.insert(rest.end(), {p.x(), p.y(), p.z()});
+  Attributes attributes;
+  attributes.set(kRest, 3, std::move(rest));
+  return attributes;
+}
 
 std::vector<std::string> output_names(const std::string& output, const std::vector<long>& frames) {
   const auto pattern = io::FramePattern::parse(output);
@@ -44,18 +61,23 @@ class TrackJob {
   double time_of(long frame) const { return static_cast<double>(frame) / source_.frames_per_second(); }
   bool sequence() const { return source_.kind() == SurfaceSource::Kind::Particles; }
   polygonize::PolygonizeOptions meshing() const;
-  Topology topology(const RunControl& run) const;
-  motion::StepReport carry(long frame, const RunControl& run);
-  mesh::Mesh new_mesh(const RunControl& run);
-  void begin_tracking(mesh::Mesh mesh, double time, const RunControl& run);
-  void inherit(mesh::Mesh& mesh, const std::vector<Vec3>& old, const Attributes& attributes) const;
+  mesh::Mesh lattice_surface(const RunControl& run) const;
+  mesh::Mesh new_mesh(const RunControl& run) const;
+  void number(Attributes& attributes, std::size_t kept, std::size_t size);
+  template <class Tracker>
+  motion::StepReport carry(Tracker& tracker, long frame, const RunControl& run);
+  void start_points(double time, const RunControl& run);
+  TrackJobFrame advance_mesh(long frame, const RunControl& run);
+  TrackJobFrame advance_points(long frame, const RunControl& run);
+  bool stretched(const RunControl& run) const;
+  void mend(TrackJobFrame& out, const RunControl& run);
 
   const SurfaceSource& source_;
   const TrackJobOptions& options_;
   Surface surface_;
   double voxel_ = 0;
-  Topology topology_;
   std::int64_t next_id_ = 0;
+  long steps_ = 0;
   std::optional<motion::MeshTracker> mesh_;
   std::optional<motion::PointTracker> points_;
 };
@@ -63,58 +85,29 @@ class TrackJob {
 polygonize::PolygonizeOptions TrackJob::meshing() const {
   const Box bounds = surface_.field->bounds();
   if (!bounds.finite() && !bounds.empty()) throw InvalidInput("the surface is unbounded: it cannot be meshed whole");
-  return {.voxel = voxel_ > 0 ? voxel_ : 1};
+  return {.voxel = voxel_ > 0 ? voxel_ : 1, .count_components = false};
 }
 
-Topology TrackJob::topology(const RunControl& run) const {
+/// What the signs of F on the lattice say; vertices are near the surface only.
+mesh::Mesh TrackJob::lattice_surface(const RunControl& run) const {
   auto options = meshing();
   options.projection = 0;
   options.normals = false;
-  const auto signs = polygonize::polygonize(*surface_.field, options, run);
-  // Closed and manifold: three edges for every two triangles.
-  return {signs.report.components, static_cast<std::ptrdiff_t>(signs.mesh.positions.size()) -
-                                       static_cast<std::ptrdiff_t>(signs.mesh.triangles.size() / 2)};
+  return polygonize::polygonize(*surface_.field, options, run).mesh;
 }
 
-mesh::Mesh TrackJob::new_mesh(const RunControl& run) {
-  if (!(voxel_ > 0)) voxel_ = options_.voxel.value_or(surface_.voxel);
-  auto meshing_options = meshing();
-  meshing_options.count_components = false;
-  mesh::Mesh mesh = polygonize::polygonize(*surface_.field, meshing_options, run).mesh;
-  motion::fair(*surface_.field, mesh, options_.first_fairing, run);
-  std::vector<std::int64_t> ids(mesh.positions.size());
-  std::iota(ids.begin(), ids.end(), next_id_);
-  next_id_ += static_cast<std::int64_t>(ids.size());
-  mesh.attributes.set_integers(attribute::kId, 1, std::move(ids));
-  return mesh;
+mesh::Mesh TrackJob::new_mesh(const RunControl& run) const {
+  return polygonize::polygonize(*surface_.field, meshing(), run).mesh;
 }
 
-void TrackJob::inherit(mesh::Mesh& mesh, const std::vector<Vec3>& old, const Attributes& attributes) const {
-  std::vector<std::size_t> nearest(mesh.positions.size());
-  std::vector<double> rest;
-  if (!old.empty()) {
-    const points::NeighbourSearch search(old);
-    std::vector<points::Neighbour> found;
-    for (std::size_t i = 0; i < nearest.size(); ++i) {
-      search.nearest(mesh.positions[i], 1, found);
-      nearest[i] = found.empty() ? 0 : found[0].index;
-    }
-    const Attributes gathered = attributes.gathered(nearest);
-    const auto values = gathered.values(kRest, 3);
-    rest.assign(values.begin(), values.end());
-  } else {
-    for (const Vec3& p : mesh.positions) rest.insert(rest.end(), {p.x(), p.y(), p.z()});
-  }
-  mesh.attributes.set(kRest, 3, std::move(rest));
-}
-
-void TrackJob::begin_tracking(mesh::Mesh mesh, double time, const RunControl& run) {
-  if (!options_.points) {
-    mesh_.emplace(std::move(mesh), *surface_.field, time, options_.tracker, run);
-    return;
-  }
-  points::Cloud cloud{std::move(mesh.positions), std::move(mesh.attributes)};
-  points_.emplace(std::move(cloud), *surface_.field, time, voxel_ > 0 ? voxel_ : 1, options_.tracker, run);
+/// Gives what follows the first `kept` elements ids of their own.
+void TrackJob::number(Attributes& attributes, std::size_t kept, std::size_t size) {
+  const auto old = attributes.integers(attribute::kId);
+  std::vector<std::int64_t> ids(old.begin(), old.end());
+  ids.resize(size);
+  std::iota(ids.begin() + static_cast<std::ptrdiff_t>(kept), ids.end(), next_id_);
+  next_id_ += static_cast<std::int64_t>(size - kept);
+  attributes.set_integers(attribute::kId, 1, std::move(ids));
 }
 
 void TrackJob::fill(TrackJobFrame& frame) const {
@@ -130,49 +123,114 @@ void TrackJob::fill(TrackJobFrame& frame) const {
 
 TrackJobFrame TrackJob::start(long frame, const RunControl& run) {
   surface_ = source_.open(frame, run);
-  mesh::Mesh mesh = new_mesh(run);
-  inherit(mesh, {}, {});
-  topology_ = topology(run);
-  begin_tracking(std::move(mesh), time_of(frame), run);
+  voxel_ = options_.voxel.value_or(surface_.voxel);
   TrackJobFrame out;
   out.remeshed = "first";
-  out.step = points_ ? points_->measures() : mesh_->measures();
+  if (options_.points) {
+    start_points(time_of(frame), run);
+    out.step = points_->measures();
+    return out;
+  }
+  mesh::Mesh mesh = new_mesh(run);
+  motion::fair(*surface_.field, mesh, options_.first_fairing, run);
+  mesh.attributes = first_attributes(mesh.positions);
+  number(mesh.attributes, 0, mesh.positions.size());
+  mesh_.emplace(std::move(mesh), *surface_.field, time_of(frame), options_.tracker, run);
+  out.step = mesh_->measures();
   return out;
 }
 
-motion::StepReport TrackJob::carry(long frame, const RunControl& run) {
-  const double to = time_of(frame);
+void TrackJob::start_points(double time, const RunControl& run) {
+  const PointPopulation population(*surface_.field, voxel_ > 0 ? voxel_ : 1);
+  points::Cloud cloud = population.first(run);
+  cloud.attributes = first_attributes(cloud.positions);
+  number(cloud.attributes, 0, cloud.size());
+  points_.emplace(std::move(cloud), *surface_.field, time, voxel_ > 0 ? voxel_ : 1, options_.tracker, run);
+}
+
+template <class Tracker>
+motion::StepReport TrackJob::carry(Tracker& tracker, long frame, const RunControl& run) {
   if (sequence()) surface_ = source_.open(frame, run);
   const auto pose = [&](double t) -> const field::Field& {
     if (!sequence()) surface_.field->set_time(t);
     return *surface_.field;
   };
-  return points_ ? points_->advance(pose, to, run) : mesh_->advance(pose, to, run);
+  return tracker.advance(pose, time_of(frame), run);
 }
 
 TrackJobFrame TrackJob::advance(long frame, const RunControl& run) {
+  ++steps_;
+  return points_ ? advance_points(frame, run) : advance_mesh(frame, run);
+}
+
+TrackJobFrame TrackJob::advance_mesh(long frame, const RunControl& run) {
   TrackJobFrame out;
-  out.step = carry(frame, run);
-  const Topology now = topology(run);
-  if (now != topology_)
+  out.step = carry(*mesh_, frame, run);
+  out.kept = mesh_->mesh().positions.size();
+  if (topology_of(mesh_->mesh()) != topology_of(lattice_surface(run)))
     out.remeshed = "topology";
   else if (out.step.lost > 0)
     out.remeshed = "lost";
-  else if (mesh_ && out.step.flips * kFolded > mesh_->mesh().triangles.size())
+  else if (out.step.flips * kFolded > mesh_->mesh().triangles.size())
     out.remeshed = "folded";
-  topology_ = now;
-  if (out.remeshed.empty()) return out;
+  else if (stretched(run))
+    out.remeshed = "stretched";
+  if (!out.remeshed.empty()) mend(out, run);
+  return out;
+}
+
+/// Whether some triangle's middle is farther from the surface than a mesh of this voxel may be.
+bool TrackJob::stretched(const RunControl& run) const {
+  const mesh::Mesh& mesh = mesh_->mesh();
+  std::vector<Vec3> middles;
+  for (const Triangle& t : mesh.triangles) {
+    Vec3 sum = Vec3::Zero();
+    for (const std::int32_t v : t) sum += mesh.positions[static_cast<std::size_t>(v)];
+    middles.emplace_back(sum / 3);
+  }
+  const field::JetBatch jets = field::evaluate(*surface_.field, middles, field::Order::Gradient, run);
+  for (std::size_t f = 0; f < middles.size(); ++f)
+    if (std::abs(jets.value(f)) > polygonize::kMendDistance * voxel_ * jets.gradient(f).norm()) return true;
+  return false;
+}
+
+void TrackJob::mend(TrackJobFrame& out, const RunControl& run) {
+  const mesh::Mesh& old = mesh_->mesh();
+  polygonize::Mended mended = polygonize::mend(old, mesh_->lost(), new_mesh(run), voxel_, run);
+  const std::size_t kept = mended.kept_vertices.size();
+  mesh::Mesh& mesh = mended.mesh;
+  motion::fair(*surface_.field, mesh, options_.first_fairing, run, kept);
+  mesh.attributes =
+      old.positions.empty() ? first_attributes(mesh.positions) : inherited(old, mended.kept_vertices, mesh.positions);
+  number(mesh.attributes, kept, mesh.positions.size());
+  out.kept = kept;
+  out.regions = std::move(mended.regions);
+  mesh_->replace(std::move(mesh), mended.kept_vertices, mended.kept_triangles, *surface_.field, run);
   const motion::StepReport step = out.step;
-  mesh::Mesh mesh = new_mesh(run);
-  if (points_)
-    inherit(mesh, points_->cloud().positions, points_->cloud().attributes);
-  else
-    inherit(mesh, mesh_->mesh().positions, mesh_->mesh().attributes);
-  begin_tracking(std::move(mesh), time_of(frame), run);
-  out.step = points_ ? points_->measures() : mesh_->measures();
+  out.step = mesh_->measures();
   out.step.lost = step.lost;  // what the step did stays in the report; the measures are the new mesh's
   out.step.seconds_velocity = step.seconds_velocity;
   out.step.seconds_fairing = step.seconds_fairing;
+}
+
+TrackJobFrame TrackJob::advance_points(long frame, const RunControl& run) {
+  TrackJobFrame out;
+  out.step = carry(*points_, frame, run);
+  const PointPopulation population(*surface_.field, voxel_);
+  points::Cloud cloud = points_->cloud();
+  const bool now = options_.redistribution > 0 && steps_ % options_.redistribution == 0;
+  out.kept = now ? population.redistribute(cloud, run) : cloud.size();
+  population.cover(cloud, lattice_surface(run).positions, run);
+  out.born = cloud.size() - out.kept;
+  if (now) out.remeshed = "redistributed";
+  if (!now && out.born == 0) return out;
+  if (points_->cloud().empty()) cloud.attributes = first_attributes(cloud.positions);
+  number(cloud.attributes, out.kept, cloud.size());
+  points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_, options_.tracker, run);
+  const motion::StepReport step = out.step;
+  out.step = points_->measures();
+  out.step.lost = step.lost;
+  out.step.seconds_velocity = step.seconds_velocity;
   return out;
 }
 

@@ -16,7 +16,8 @@ struct TrackJobOptions {
   motion::TrackerOptions tracker;
   bool points = false;          ///< points without faces instead of a mesh
   std::optional<double> voxel;  ///< cell size of the first mesh, world units; the source's own when not given
-  int first_fairing = 10;       ///< rounds that even out a new mesh
+  int first_fairing = 10;       ///< rounds that even out new triangles
+  int redistribution = 12;      ///< frames between redistributions of points; 0 = never
   std::string output;           ///< "track.####.ply" (obj, vtp, usda as well); a plain name for a single frame
   io::WriteOptions write;
 };
@@ -28,16 +29,21 @@ struct TrackJobFrame {
   std::size_t vertices = 0, triangles = 0;
   Box bounds;
   motion::StepReport step;  ///< of the step that led here; for the first frame and new meshes, of the mesh as it is
-  /// Why the frame was meshed anew: "first", "topology" (number of components or handles changed) or "lost" (vertices lost
-  /// their sheet) or "folded" (more than a hundredth of the triangles turned over). Empty when it was carried.
+  /// Why something was meshed anew: "first", "topology" (number of components or handles changed), "lost" (vertices lost
+  /// their sheet), "folded" (more than a hundredth of the triangles turned over) or "stretched" (a triangle's middle is
+  /// half a voxel off the surface); of points "redistributed". Empty when everything was carried.
   std::string remeshed;
-  double seconds = 0;  ///< all of the frame, writing included
+  std::vector<Box> regions;  ///< where
+  std::size_t kept = 0;      ///< vertices or points that were carried, with their ids
+  std::size_t born = 0;      ///< points placed where coverage opened up, or by redistribution
+  double seconds = 0;        ///< all of the frame, writing included
 };
 
 /// Carries a mesh (or its vertices) over the frames of `source` and writes each frame, with attributes N, v (of the vertex
-/// as written), id and rest (position in the first frame). Where the topology changes, seen from the signs of F on a lattice
-/// of `voxel`, or vertices are lost, the whole surface is meshed anew: rest comes from the nearest old vertex, ids are new
-/// ones. Throws InvalidInput for settings without meaning or a source without frames, IoError, ResourceLimit, Cancelled.
+/// as written), id and rest (position in the first frame). When the topology changes, seen from the signs of F on a lattice
+/// of `voxel`, or vertices are lost, or the mesh folds, it is mended where it no longer is the surface
+/// (polygonize/mend.h): new vertices have new ids and take other attributes from the nearest place of the old mesh. Throws
+/// InvalidInput for settings without meaning or a source without frames, IoError, ResourceLimit, Cancelled.
 std::vector<TrackJobFrame> run_track_job(const SurfaceSource& source, const TrackJobOptions& options,
                                          const std::function<void(const TrackJobFrame&)>& on_frame = {},
                                          RunControl run = {});
