@@ -167,8 +167,8 @@ TEST(MeshTracker, DiscontinuitiesDoNotDestabilise) {
       ASSERT_TRUE(p.allFinite());
       EXPECT_LT(p.norm(), 2.5);
     }
-    // The stick has speed 1. Least strain tears where the crease runs over the mesh, and has no bound by the primitives.
-    for (const Vec3& v : t.velocities().velocity) ASSERT_LT(v.norm(), kind == Velocity::Isometric ? 20 : 2.1);
+    // The stick has speed 1.
+    for (const Vec3& v : t.velocities().velocity) EXPECT_LT(v.norm(), 2.1);
   }
 }
 

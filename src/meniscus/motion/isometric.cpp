@@ -13,6 +13,7 @@ namespace {
 constexpr double kGuide = 1e-5;  // weight of the guide, relative to strain
 constexpr int kRounds = 4;       // of iterated regularisation: a bias b becomes b⁴
 constexpr double kRounding = 1e-14;
+constexpr double kCrease = 0.5;  // cosine between normals of a triangle's corners, from where on there is a crease in it
 
 using Sparse = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
@@ -37,6 +38,12 @@ struct Strain {
     for (std::size_t k = 0; k < 3; ++k) v.segment<2>(2 * corner[k]) += l.segment<2>(2 * static_cast<Eigen::Index>(k));
   }
 };
+
+bool creased(const Velocities& v, const std::array<std::size_t, 3>& corner) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (v.normal[corner[k]].dot(v.normal[corner[(k + 1) % 3]]) < kCrease) return true;
+  return false;
+}
 
 }  // namespace
 
@@ -80,6 +87,7 @@ std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, con
     const double doubled = e.cross(d).norm();
     s.weight = doubled / 2;
     if (!(doubled > 1e-12 * (e.squaredNorm() + d.squaredNorm()))) continue;  // a needle has no plane
+    if (creased(v, index)) continue;                                         // either side moves as it likes
     const Vec3 u = e.normalized();
     const Vec3 w = (d - u.dot(d) * u).normalized();
     const Vec2 p[3] = {{0, 0}, {e.norm(), 0}, {u.dot(d), w.dot(d)}};

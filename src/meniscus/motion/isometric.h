@@ -12,7 +12,7 @@ namespace meniscus::motion {
 
 /// The velocity field on a mesh that has given normal speeds and strains the mesh least (as Killing as possible):
 /// minimises Σ A |ε|² over the triangles, ε the rate of strain within a triangle's plane. A triangle resists being flattened
-/// the more the thinner it is.
+/// the more the thinner it is; one whose corners' normals are over 60° apart holds a crease and does not resist.
 ///
 /// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
 /// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four
