@@ -13,8 +13,9 @@ namespace {
 
 struct SkinVerb {
   std::vector<std::string> files;
-  std::string frames, missing = "error", kernel = "averaged", volume = "hold", grids;
-  std::optional<double> radius, voxel, tension, carry, inner, outer;
+  std::string frames, missing = "error", kernel = "averaged", volume = "hold", droplets = "keep", grids;
+  std::optional<double> radius, voxel, tension, carry;
+  band::SkinShells shells;
   double fps = 24, follow = band::SkinOptions{}.follow;
   int min_neighbours = 0;
   bool resume = false, strict = false, velocities = true;
@@ -45,8 +46,8 @@ scene::SkinJobOptions SkinVerb::options(Session& session, const io::ParticleSequ
   s.surface.kernel = kernel == "blobs"         ? band::ParticleKernel::Blobs
                      : kernel == "anisotropic" ? band::ParticleKernel::Anisotropic
                                                : band::ParticleKernel::Averaged;
-  s.shells.inner = inner;
-  s.shells.outer = outer;
+  s.shells = shells;
+  s.keep_droplets = droplets == "keep";
   return o;
 }
 
@@ -67,6 +68,7 @@ nlohmann::json row(const scene::SkinJobFrame& f) {
           {"velocity_residual", s.velocity_residual},
           {"particles", s.particles},
           {"strays", s.strays},
+          {"lost", s.lost},
           {"dropped", s.dropped},
           {"seconds", f.seconds}};
 }
@@ -87,7 +89,7 @@ void SkinVerb::run(Session& session) const {
   const scene::SkinJobOptions job = options(session, sequence);
   session.report()["frames"] = nlohmann::json::array();
   double worst = 0;
-  std::size_t dropped = 0;
+  std::size_t dropped = 0, lost = 0;
   const auto on_frame = [&](const scene::SkinJobFrame& f) {
     session.report()["frames"].push_back(row(f));
     session.report()["outputs"].push_back({{"path", f.path},
@@ -99,12 +101,18 @@ void SkinVerb::run(Session& session) const {
                             f.skin.volume, f.skin.components, f.seconds));
     worst = std::max(worst, f.skin.worst_volume_error);
     dropped += f.skin.dropped;
+    lost = std::max(lost, f.skin.lost);
   };
   const scene::SkinJobReport report = scene::run_skin_job(sequence, job, on_frame, control);
   for (const auto& w : report.reading.warnings) session.warn(w.code, w.message, w.where);
   for (const auto& w : report.warnings) session.warn(w.code, w.message, w.where);
   if (dropped > 0)
     session.warn("dropped-particles", fmt::format("{} particles with unusable numbers were left out", dropped));
+  if (lost > 0)
+    session.warn("lost-particles",
+                 fmt::format("up to {} particles a frame are in no skin: {}", grouped(lost),
+                             job.skin.keep_droplets ? "they are too small for the voxels; make --voxel smaller"
+                                                    : "the tension has eaten them; --droplets keep shows them"));
   if (strict && worst > 0.005) session.fail_check(fmt::format("a component's volume is off by {:.2g} %", 100 * worst));
   session.timing("skin");
   control.progress(1);
@@ -137,8 +145,16 @@ void add_skin(CLI::App& app, Session& session) {
       ->check(CLI::IsMember({"hold", "free"}));
   verb->add_option("--min-neighbours", state->min_neighbours,
                    "particles with fewer others within two radii are strays and make no surface; default 0");
-  verb->add_option("--inner", state->inner, "hard bound: the skin stays outside spheres of so many radii; default none");
-  verb->add_option("--outer", state->outer, "hard bound: the skin stays inside spheres of so many radii; default none");
+  verb->add_option("--droplets", state->droplets,
+                   "those too small for the tension: keep (default; shown as their particles' surface) or free (eaten)")
+      ->check(CLI::IsMember({"keep", "free"}));
+  verb->add_option(
+          "--inner", state->shells.inner,
+          "hard bound, radii: the skin covers spheres of this size; above 0.3 single particles show; default 0: none")
+      ->check(CLI::Range(0.0, 1.0));
+  verb->add_option("--outer", state->shells.outer,
+                   "hard bound, radii: the skin stays within spheres of this size; 0: none; default 4")
+      ->check(CLI::NonNegativeNumber);
   verb->add_option("--frames", state->frames, "frames to do: 1-48, 1-100x2, 5,9,12-20; default all");
   verb->add_option("--missing", state->missing, "what to do about a missing frame: error (default), skip, hold")
       ->check(CLI::IsMember({"error", "skip", "hold"}));

@@ -42,6 +42,9 @@ class ParticleSurface {
   /// Positions and radii of the particles that count (no strays).
   const std::vector<Vec3>& positions() const { return position_; }
   const std::vector<double>& radii() const { return radius_; }
+  const std::vector<double>& weights() const { return weight_; }
+  /// They in cells of their largest support.
+  const ParticleCells& cells() const { return cells_; }
   std::size_t strays() const { return strays_; }
 
  private:

@@ -1,4 +1,4 @@
-#include <meniscus/band/redistance.h>
+#include <meniscus/band/particle_shells.h>
 #include <meniscus/band/skin.h>
 #include <meniscus/base/error.h>
 #include <meniscus/base/parallel.h>
@@ -31,7 +31,8 @@ class ParticlePull final : public Strategy {
 
 namespace {
 
-constexpr int kSettleFrames = 4;  // of relaxation before the first frame
+constexpr int kSettleFrames = 4;            // of relaxation before the first frame
+constexpr std::size_t kResidualStride = 8;  // of crossings: a mean needs no more
 
 /// Mean second difference in time over nodes within a voxel of the middle surface, in voxels.
 double flicker_of(const Band& a, const Band& b, const Band& c, const RunControl& run) {
@@ -83,6 +84,10 @@ Skin::Skin(SkinOptions options) : options_(std::move(options)), voxel_(options_.
   positive(options_.follow, "a skin's follow rate");
   if (options_.tension && !(*options_.tension >= 0 && std::isfinite(*options_.tension)))
     throw InvalidInput("tension must be finite and not negative");
+  if (!(options_.shells.inner >= 0 && options_.shells.inner <= 1))
+    throw InvalidInput("a skin's inner shell must lie between 0 and 1 radii");
+  if (!(options_.shells.outer == 0 || options_.shells.outer > 1) || !std::isfinite(options_.shells.outer))
+    throw InvalidInput("a skin's outer shell must be 0 (none) or more than one radius");
   if (options_.max_substeps < 1) throw InvalidInput("a skin needs at least one sub-step per frame");
 }
 
@@ -113,7 +118,6 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   if (options_.hold_volume) evolver_->hold_present_volumes(true, run);
   report.steps = evolver_->advance(0, kSettleFrames * frame_duration, std::numeric_limits<double>::infinity(), run).steps;
   bound(*surface, run);
-  if (options_.hold_volume) evolver_->settle_volumes(run);
 
   const ParticleState& s = now_.state;
   const double cell = options_.carry.value_or(8 * options_.radius);
@@ -125,7 +129,7 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   second_last_.reset();
   before_.reset();
   thrown_.clear();
-  finish(report, run);
+  finish(*surface, report, run);
   return report;
 }
 
@@ -157,7 +161,6 @@ SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, 
       report.steps += moved.steps;
       report.max_courant = std::max(report.max_courant, moved.max_courant);
       bound(*surface, run);
-      if (options_.hold_volume) evolver_->settle_volumes(run);
     }
     report.substeps = substeps;
     report.matched = motion.matched();
@@ -165,7 +168,7 @@ SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, 
     if (options_.hold_volume) adopt_births(next, motion.matched(), report.seeded > 0, run);
     now_ = std::move(next);
     cloud_ = particles;
-    finish(report, run);
+    finish(*surface, report, run);
     return report;
   } catch (...) {
     *evolver_ = good;
@@ -173,20 +176,13 @@ SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, 
   }
 }
 
-/// Particles that the skin does not cover begin a piece of their own: a sphere each, which then grows as it is asked to.
+/// Particles that the skin does not reach begin a piece of their own: a sphere each, which then grows as it is asked to.
 std::size_t Skin::seed(const ParticleSurface& surface, const RunControl& run) {
-  const field::Grid grid = band().grid();
-  std::vector<char> bare(surface.positions().size());
-  parallel_for(bare.size(), 256, run, [&](std::size_t i) {
-    const Vec3 c = (surface.positions()[i] / voxel_).array().round();
-    const auto at = [&](int a) { return static_cast<std::int32_t>(c[a]); };
-    bare[i] =
-        c.cwiseAbs().maxCoeff() < 1e9 && static_cast<double>(grid.value({at(0), at(1), at(2)})) > 2 * surface.radii()[i];
-  });
+  const std::vector<double> depth = depth_of_particles(band(), surface, run);
   std::vector<Vec3> centre;
   std::vector<double> radius;
-  for (std::size_t i = 0; i < bare.size(); ++i)
-    if (bare[i] != 0) {
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    if (depth[i] > 2 * surface.radii()[i]) {
       centre.push_back(surface.positions()[i]);
       radius.push_back(std::max(surface.radii()[i], 1.2 * voxel_));
     }
@@ -197,30 +193,15 @@ std::size_t Skin::seed(const ParticleSurface& surface, const RunControl& run) {
   return centre.size();
 }
 
+/// What must hold when a sub-step ends. A hard bound comes before the volume.
 void Skin::bound(const ParticleSurface& surface, const RunControl& run) {
   const SkinShells& shell = options_.shells;
-  if (!shell.inner && !shell.outer) return;
-  evolver_->edit(
-      [&](Band& b) {
-        const double reach = static_cast<double>(b.background());
-        parallel_for(b.brick_count(), 4, run, [&](std::size_t brick) {
-          field::PositionBatch x(Band::kBrickNodes);
-          for (int n = 0; n < 512; ++n) x.set(static_cast<std::size_t>(n), b.position(brick, n >> 6, n >> 3 & 7, n & 7));
-          std::vector<double> d(Band::kBrickNodes);
-          const auto part = b.values().subspan(brick * Band::kBrickNodes, Band::kBrickNodes);
-          if (shell.inner) {
-            surface.sphere_distance(x.view(), *shell.inner, reach, d);
-            for (std::size_t n = 0; n < d.size(); ++n)
-              part[n] = std::min(part[n], static_cast<float>(std::max(d[n], -reach)));
-          }
-          if (shell.outer) {
-            surface.sphere_distance(x.view(), *shell.outer, reach, d);
-            for (std::size_t n = 0; n < d.size(); ++n)
-              part[n] = std::max(part[n], static_cast<float>(std::max(d[n], -reach)));
-          }
-        });
-      },
-      run);
+  if (shell.outer > 0) confine(*evolver_, surface, shell.outer, run);
+  if (options_.keep_droplets) keep_droplets(*evolver_, surface, run);
+  if (shell.inner > 0) keep_covered(*evolver_, surface, shell.inner, run);
+  if (!options_.hold_volume) return;
+  evolver_->settle_volumes(run);
+  if (shell.inner > 0) keep_covered(*evolver_, surface, shell.inner, run);
 }
 
 /// Particles that come or go change what components hold, in proportion; pieces that were seeded hold what they have.
@@ -233,9 +214,12 @@ void Skin::adopt_births(const ParticleFrame& next, std::size_t matched, bool see
   evolver_->set_goals(goals);
 }
 
-void Skin::finish(SkinReport& report, const RunControl& run) {
+void Skin::finish(const ParticleSurface& surface, SkinReport& report, const RunControl& run) {
   evolver_->renew(run);
   const Band& b = band();
+  const std::vector<double> depth = depth_of_particles(b, surface, run);
+  const std::vector<double> freedom = freedom_of_particles(surface, depth, run);
+  for (std::size_t i = 0; i < depth.size(); ++i) report.lost += freedom[i] == 1 && depth[i] > surface.radii()[i];
   for (const Component& c : evolver_->components(run)) {
     report.volume += c.volume;
     report.area += c.area;
@@ -262,8 +246,8 @@ void Skin::finish(SkinReport& report, const RunControl& run) {
   // Where this frame's surface says it will be next.
   const Crossings c = find_crossings(b, run);
   thrown_.clear();
-  std::vector<Vec3> x(c.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = c.x.view()[i];
+  std::vector<Vec3> x;
+  for (std::size_t i = 0; i < c.size(); i += kResidualStride) x.push_back(c.x.view()[i]);
   if (before_) {
     const std::vector<Vec3> v = velocities(x, run);
     for (std::size_t i = 0; i < x.size(); ++i) thrown_.push_back(x[i] + frame_ * v[i]);

@@ -15,9 +15,10 @@
 
 namespace meniscus::band {
 
-/// Hard bounds: the skin stays outside the inner shell (no droplet is eaten) and inside the outer one, in particle radii.
+/// Hard bounds, in particle radii; 0: none.
 struct SkinShells {
-  std::optional<double> inner, outer;
+  double inner = 0;  ///< in [0, 1]: the skin covers spheres of this size; single particles begin to show in the surface
+  double outer = 4;  ///< > 1: the skin stays within spheres of this size, so that nothing stays where no particle is
 };
 
 /// Settings of a skin. Lengths are world units.
@@ -34,7 +35,8 @@ struct SkinOptions {
   std::optional<double>
       carry;  ///< cell over which particle velocities are averaged to carry the skin along; 8 radii when not given
   SkinShells shells;
-  int max_substeps = 16;              ///< target evaluations per frame; as many as the particles' speed asks for
+  bool keep_droplets = true;  ///< a group of particles too small for the tension is shown as it is instead of being eaten
+  int max_substeps = 16;      ///< target evaluations per frame; as many as the particles' speed asks for
   std::size_t max_bricks = 1u << 20;  ///< of 512 voxels: 6 kB each while working
 };
 
@@ -49,6 +51,7 @@ struct SkinReport {
   double flicker = 0;            ///< mean |φ(k-2) - 2φ(k-1) + φ(k)| / voxel near the surface; 0 for the first two frames
   double velocity_residual = 0;  ///< mean distance, voxels, of x + v dt of the frame before from this frame's surface
   std::size_t seeded = 0;        ///< particles that the skin did not reach and that began a piece of their own
+  std::size_t lost = 0;  ///< particles of their own, off the body, that no skin is near: eaten, or too small for the grid
 };
 
 /// An active implicit surface over a particle sequence [DC98]: smooth, steady in time, volume-keeping. The skin of a frame
@@ -86,7 +89,7 @@ class Skin {
  private:
   std::shared_ptr<ParticleSurface> target(const ParticleState& particles, const RunControl& run) const;
   void set_strategies(double frame_duration);
-  void finish(SkinReport& report, const RunControl& run);
+  void finish(const ParticleSurface& surface, SkinReport& report, const RunControl& run);
   std::size_t seed(const ParticleSurface& surface, const RunControl& run);
   void bound(const ParticleSurface& surface, const RunControl& run);
   void adopt_births(const ParticleFrame& next, std::size_t matched, bool seeded, const RunControl& run);

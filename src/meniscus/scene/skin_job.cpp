@@ -34,7 +34,8 @@ std::string settings_text(const io::ParticleSequence& particles, const SkinJobOp
   j["tension"] = optional(s.tension);
   j["hold"] = s.hold_volume;
   j["carry"] = optional(s.carry);
-  j["shells"] = {optional(s.shells.inner), optional(s.shells.outer)};
+  j["shells"] = {s.shells.inner, s.shells.outer};
+  j["droplets"] = s.keep_droplets;
   j["substeps"] = s.max_substeps;
   j["fps"] = o.fps;
   j["output"] = fs::path(o.output).filename().string();
