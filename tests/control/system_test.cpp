@@ -116,6 +116,93 @@ TEST(System, FrozenUnknownsStayAndBoundsHold) {
   EXPECT_EQ(short_of.conflicts, std::vector<std::size_t>{0});
 }
 
+/// What a system's answer must satisfy: x within bounds, and at every unknown the derivative of the missed conditions, or if
+/// that is zero of the wish to stay, is zero or points out of the bounds.
+void expect_best(const System& s, const Solution& found, double rounding) {
+  const auto m = static_cast<Eigen::Index>(s.scale.size());
+  MatrixXd a = MatrixXd::Zero(static_cast<Eigen::Index>(s.rows.size()), m);
+  for (std::size_t i = 0; i < s.rows.size(); ++i)
+    for (std::size_t e = s.rows.begin[i]; e < s.rows.begin[i + 1]; ++e)
+      a(static_cast<Eigen::Index>(i), s.rows.index[e]) += s.rows.value[e];
+  const VectorXd x = vector_of(found.x), wish = x - vector_of(s.desired);
+  const VectorXd missed = a.transpose() * (a * x - vector_of(s.target));
+  std::vector<Eigen::Index> held;
+  MatrixXd free = a;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const auto u = static_cast<std::size_t>(k);
+    EXPECT_GE(x[k], s.lower[u]);
+    EXPECT_LE(x[k], s.upper[u]);
+    if (x[k] > s.lower[u] && x[k] < s.upper[u]) {
+      EXPECT_NEAR(missed[k], 0, rounding) << k;
+      continue;
+    }
+    EXPECT_GE(x[k] == s.lower[u] ? missed[k] : -missed[k], -rounding) << k;
+    held.push_back(k);
+    free.col(k).setZero();
+  }
+  // The wish among free unknowns is met as far as the conditions allow: wish = Aᵀλ there.
+  VectorXd free_wish = wish;
+  for (const Eigen::Index k : held) free_wish[k] = 0;
+  const MatrixXd pseudo = free.transpose().completeOrthogonalDecomposition().pseudoInverse();
+  const VectorXd lambda = pseudo * free_wish;
+  EXPECT_LE((free.transpose() * lambda - free_wish).norm(), rounding);
+  for (const Eigen::Index k : held) {
+    if (std::abs(missed[k]) > rounding) continue;
+    const double back = wish[k] - a.col(k).dot(lambda);
+    EXPECT_GE(x[k] == s.lower[static_cast<std::size_t>(k)] ? back : -back, -rounding) << k;
+  }
+}
+
+TEST(System, BoundsAreHeldAndLetGoUntilTheAnswerIsTheBest) {
+  std::size_t bound = 0, missed = 0;
+  for (std::uint64_t id = 0; id < 2000; ++id) {
+    const auto draw = random_uniform(11, id, 0);
+    const auto n = static_cast<Eigen::Index>(1 + draw[0] * 6), m = static_cast<Eigen::Index>(1 + draw[1] * 10);
+    System s = system_of(random_matrix(5 * id, n, m), 2 * random_matrix(5 * id + 1, n, 1));
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const auto u = random_uniform(12, id, static_cast<std::uint64_t>(k));
+      s.lower.push_back(-u[0]);
+      s.upper.push_back(u[1]);
+      s.desired.push_back(3 * u[2] - 1.5);
+    }
+    const Solution x = solve(s);
+    ASSERT_TRUE(x.best) << id;
+    expect_best(s, x, 1e-6);
+    ASSERT_FALSE(HasFailure()) << id;
+    bound += x.at_bound > 0 ? 1 : 0;
+    missed += x.status == Status::LeastSquares ? 1 : 0;
+  }
+  EXPECT_GT(bound, 1000u);
+  EXPECT_GT(missed, 300u);
+}
+
+TEST(System, WhatWasHeldInVainIsLetGo) {
+  // The shortest change of both is (-1, 0), (3, 2): the first unknown leaves its range; held at 0 the second exceeds its
+  // own; held there too, the first must come back.
+  MatrixXd a(2, 2);
+  a << 1, 1, 1, -0.5;
+  System s = system_of(a, Eigen::Vector2d(2, -2.5));
+  s.desired = {0, 0};
+  s.lower = {0, -10};
+  s.upper = {10, 1.5};
+  const Solution x = solve(s);
+  expect_best(s, x, 1e-12);
+  s.lower = {-10, -10};
+  s.upper = {10, 10};
+  EXPECT_NEAR(solve(s).x[0], -1, 1e-12);
+}
+
+TEST(System, FactorsServeOtherTargets) {
+  const MatrixXd a = random_matrix(21, 4, 9);
+  const Solver solver(system_of(a, random_matrix(22, 4, 1)));
+  const VectorXd b = random_matrix(23, 4, 1);
+  const std::vector<double> target(b.begin(), b.end());
+  const Solution fresh = solve(system_of(a, b));
+  const std::vector<double> x = solver.least(target);
+  for (std::size_t k = 0; k < x.size(); ++k) EXPECT_NEAR(x[k], fresh.x[k], 1e-14);
+  EXPECT_THROW(solver.least(std::vector<double>(3)), InvalidInput);
+}
+
 TEST(System, NothingInReachAndBadNumbersChangeNothing) {
   System s = system_of(MatrixXd::Zero(2, 3), Eigen::Vector2d(1, 0));
   const Solution x = solve(s);

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::size_t kFewParameters = 2000;  // so many are all tried as movers of a control's stuff
 constexpr int kHalvings = 6;
-constexpr int kPatience = 20;       // steps in place until the shape is the nearest to the drag's beginning
+constexpr int kPatience = 600;      // steps in place until the shape is the nearest to the drag's beginning
+constexpr double kSlow = 0.2;       // share of a correction that the next may have before the rows are made anew
 constexpr double kArrived = 1e-12;  // in lengths
 constexpr double kHeld = 1e-8;      // residual that does not count, in lengths
 
@@ -35,20 +36,6 @@ double largest_change(const std::vector<double>& change, const std::vector<doubl
   return most;
 }
 
-/// The share of the pull for the next round: s·y/y·y with the last round's step s and change of the pull −y.
-double next_share(const std::vector<double>& q, const std::vector<double>& last_q, const std::vector<double>& pull,
-                  const std::vector<double>& last_pull, const std::vector<double>& scale, double share) {
-  double sy = 0, yy = 0;
-  for (std::size_t k = 0; k < q.size(); ++k) {
-    if (scale[k] == 0) continue;
-    const double s = (q[k] - last_q[k]) / scale[k], y = (last_pull[k] - pull[k]) / scale[k];
-    sy += s * y;
-    yy += y * y;
-  }
-  if (!(yy > 0)) return share;
-  return sy > 0 ? std::clamp(sy / yy, 0.02, 1.0) : std::max(0.02, 0.5 * share);
-}
-
 }  // namespace
 
 /// A try to hold the controls at given positions.
@@ -56,10 +43,27 @@ struct ControlSession::Attempt {
   bool held = false;
   bool settled = false;  // q is the nearest to the drag's beginning, too
   std::vector<double> q;
-  Solution solution;  // of the last Newton step
+  Solution solution;  // of the last Newton step that was factored
+  Descent descent;
   std::vector<double> distance;
   int newton_steps = 0;
 };
+
+/// The share is s·y/y·y of the last step s and change of the pull −y [Barzilai and Borwein 1988].
+ControlSession::Descent ControlSession::Descent::next(const std::vector<double>& at, const Solution& found,
+                                                      const std::vector<double>& scale) const {
+  Descent d{at, found.x, share};
+  for (std::size_t k = 0; k < at.size(); ++k) d.pull[k] -= found.least[k];
+  double sy = 0, yy = 0;
+  for (std::size_t k = 0; k < q.size(); ++k) {
+    if (scale[k] == 0) continue;
+    const double s = (at[k] - q[k]) / scale[k], y = (pull[k] - d.pull[k]) / scale[k];
+    sy += s * y;
+    yy += y * y;
+  }
+  if (yy > 0) d.share = sy > 0 ? std::clamp(sy / yy, 0.02, 1.0) : std::max(0.02, 0.5 * share);
+  return d;
+}
 
 const char* name(StepReport::Outcome outcome) {
   switch (outcome) {
@@ -117,6 +121,7 @@ void ControlSession::rebase() {
   }
   rest_ = values();
   scale_ = sensitivity_scale(surface_, surface_rows(surface_, points, length_), options_.freeze);
+  descent_ = {};
   build_sideways_rows();
   stale_ = false;
 }
@@ -160,62 +165,82 @@ void ControlSession::build_sideways_rows() {
   }
 }
 
-/// The rows for a Newton step at the surface's present pose q: F_q·x = −F of every control, and of sideways ones that their
-/// stuff be as far from where it was grabbed as the control is.
+/// What a Newton step at pose q wants: F_q·x = −F of every control, and of sideways ones that their stuff be as far from
+/// where it was grabbed as the control is.
+std::vector<double> ControlSession::targets(const std::vector<Vec3>& positions, const std::vector<double>& q,
+                                            const std::vector<double>& distance) const {
+  std::vector<double> target;
+  for (const double d : distance) target.push_back(-d);
+  for (std::size_t j = 0; j < sideways_.size(); ++j) {
+    const auto& [control, direction] = sideways_[j];
+    double wanted = direction.dot(positions[control] - controls_[control].grabbed);
+    for (std::size_t e = sideways_rows_.begin[j]; e < sideways_rows_.begin[j + 1]; ++e)
+      wanted -= sideways_rows_.value[e] * (q[sideways_rows_.index[e]] - rest_[sideways_rows_.index[e]]);
+    target.push_back(wanted);
+  }
+  return target;
+}
+
 System ControlSession::system(const std::vector<Vec3>& positions, const std::vector<double>& q) const {
   SurfaceRows at = surface_rows(surface_, positions, length_);
   System s;
   s.rows = std::move(at.rows);
-  for (const double d : at.distance) s.target.push_back(-d);
+  s.target = targets(positions, q, at.distance);
   for (std::size_t j = 0; j < sideways_.size(); ++j) {
-    const auto& [control, direction] = sideways_[j];
-    double wanted = direction.dot(positions[control] - controls_[control].grabbed);
     for (std::size_t e = sideways_rows_.begin[j]; e < sideways_rows_.begin[j + 1]; ++e) {
-      const std::uint32_t k = sideways_rows_.index[e];
-      wanted -= sideways_rows_.value[e] * (q[k] - rest_[k]);
-      s.rows.index.push_back(k);
+      s.rows.index.push_back(sideways_rows_.index[e]);
       s.rows.value.push_back(sideways_rows_.value[e]);
     }
     s.rows.begin.push_back(s.rows.index.size());
-    s.target.push_back(wanted);
   }
   s.scale = scale_;
-  for (std::size_t k = 0; k < q.size(); ++k) s.desired.push_back(rest_[k] - q[k]);
+  s.desired.resize(q.size());
+  for (std::size_t k = 0; k < q.size(); ++k) s.desired[k] = rest_[k] - q[k];
   StepBounds bounds = step_bounds(surface_);
   s.lower = std::move(bounds.lower);
   s.upper = std::move(bounds.upper);
   return s;
 }
 
-/// Each round corrects F = 0 and goes a share of the way towards the drag's beginning that the rows leave open. The whole
-/// way would overshoot where the surface bends much between there and here: the share follows Barzilai and Borwein.
+/// The first round corrects F = 0 and goes a share of the way towards the drag's beginning that the rows leave open: the
+/// whole way would overshoot where the surface bends much between there and here. Further rounds correct F = 0 alone, with
+/// the first one's factors while these serve.
 ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positions, std::vector<double> q) {
   Attempt a;
   const double most = options_.largest_change * length_, enough = options_.tolerance * length_;
-  std::vector<double> pull(q.size()), last_pull, last_q;
-  double share = 0.5;
-  for (; a.newton_steps < options_.newton_steps && !a.settled; ++a.newton_steps) {
+  std::optional<Solver> solver;
+  std::vector<double> x;
+  double last = 0;
+  while (a.newton_steps < options_.newton_steps) {
+    const bool first = a.newton_steps++ == 0;
     surface_.set_parameters(q);
-    System s = system(positions, q);
-    const Solution whole = solve(s);
-    s.desired.clear();
-    a.solution = solve(s);
-    if (a.solution.status == Status::InvalidNumber || a.solution.status == Status::NoParameters) break;
-    for (std::size_t k = 0; k < q.size(); ++k) pull[k] = whole.x[k] - a.solution.x[k];
-    if (!last_q.empty()) share = next_share(q, last_q, pull, last_pull, scale_, share);
-    last_q = q;
-    last_pull = pull;
-    a.settled = std::max(largest_change(a.solution.x, scale_), largest_change(pull, scale_)) <= enough;
-
-    std::vector<double> x = a.solution.x;
-    for (std::size_t k = 0; k < q.size(); ++k) x[k] += share * pull[k];
+    if (!solver) {
+      solver.emplace(system(positions, q));
+      a.solution = solver->solution();
+      if (a.solution.status == Status::InvalidNumber || a.solution.status == Status::NoParameters) break;
+      x = a.solution.least;
+      if (first) {
+        a.descent = descent_.next(q, a.solution, scale_);
+        a.settled = std::max(largest_change(x, scale_), largest_change(a.descent.pull, scale_)) <= enough;
+        for (std::size_t k = 0; k < q.size(); ++k) x[k] += a.descent.share * a.descent.pull[k];
+      }
+    } else {
+      x = solver->least(targets(positions, q, surface_distance(surface_, positions, length_)));
+    }
     const double change = largest_change(x, scale_);
     for (std::size_t k = 0; k < q.size(); ++k)
       q[k] = moved(surface_.parameters()[k], q[k], change > most ? most / change * x[k] : x[k]);
+    if (a.settled || change <= enough) break;
+    if (!first) {
+      // The next round would find about change²/last.
+      if (change < last && change * change / last <= 0.01 * kHeld * length_) break;
+      if (change > kSlow * last) solver.reset();
+    }
+    last = change;
   }
   a.q = std::move(q);
   surface_.set_parameters(a.q);
-  a.distance = surface_rows(surface_, positions, length_).distance;
+  a.distance = surface_distance(surface_, positions, length_);
   double worst = 0;
   for (const double d : a.distance) worst = std::isfinite(d) ? std::max(worst, std::abs(d)) : HUGE_VAL;
   // Contradicting controls converge slowly, to a compromise: that counts as held if the compromise is near.
@@ -241,22 +266,18 @@ StepReport ControlSession::report(const Attempt& a, const std::vector<Vec3>& pos
     }
   if (r.status != Status::NoParameters && r.status != Status::InvalidNumber)
     r.status = r.conflicts.empty() && r.slipped.empty() ? Status::Solved : Status::LeastSquares;
+  r.rank = a.solution.rank;
+  if (sideways_.empty()) return r;
   // The rank without the rows that only a drag adds.
   System plain;
-  SurfaceRows at = surface_rows(surface_, positions, length_);
-  plain.rows = std::move(at.rows);
+  plain.rows = surface_rows(surface_, positions, length_).rows;
   plain.target.assign(plain.rows.size(), 0.0);
   plain.scale = scale_;
-  r.rank = sideways_.empty() ? a.solution.rank : solve(plain).rank;
+  r.rank = solve(std::move(plain)).rank;
   return r;
 }
 
-StepReport ControlSession::step(double dt) {
-  const auto nothing = [](const field::Field&, double) {};
-  return step(dt, nothing);
-}
-
-StepReport ControlSession::step(double dt, Follow follow) {
+StepReport ControlSession::advance(double dt, const Follow* follow) {
   if (!std::isfinite(dt) || !(dt > 0)) throw InvalidInput("a control step must be longer than zero");
   if (stale_) rebase();
   const std::vector<double> before = values();
@@ -279,12 +300,16 @@ StepReport ControlSession::step(double dt, Follow follow) {
   const bool kept = attempt.held && !unchanged && attempt.solution.status != Status::InvalidNumber;
   if (!kept)
     for (std::size_t i = 0; i < controls_.size(); ++i) positions[i] = controls_[i].position;
-  std::vector<double> after = kept ? attempt.q : before, rates(before.size());
-  for (std::size_t k = 0; k < rates.size(); ++k) rates[k] = (after[k] - before[k]) / dt;
-  surface_.set_parameters(before, rates);
-  follow(surface_, dt);
-  surface_.set_parameters(after);
-  if (!kept) attempt.distance = surface_rows(surface_, positions, length_).distance;
+  const std::vector<double>& after = kept ? attempt.q : before;
+  if (follow != nullptr) {
+    std::vector<double> rates(before.size());
+    for (std::size_t k = 0; k < rates.size(); ++k) rates[k] = (after[k] - before[k]) / dt;
+    surface_.set_parameters(before, rates);
+    (*follow)(surface_, dt);
+  }
+  if (follow != nullptr || !kept) surface_.set_parameters(after);
+  if (!kept) attempt.distance = surface_distance(surface_, positions, length_);
+  if (kept) descent_ = std::move(attempt.descent);
 
   StepReport r = report(attempt, positions);
   for (std::size_t i = 0; i < controls_.size(); ++i) {

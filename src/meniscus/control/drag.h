@@ -16,8 +16,8 @@ struct DragOptions {
   double largest_step = 0.05;       ///< most that a control advances in a step, in lengths
   double largest_change = 0.1;      ///< most that an unknown changes (by its metric) in a Newton step, in lengths
   double capture = 0.05;            ///< a new control this near the surface, in lengths, is moved onto it
-  int newton_steps = 30;            ///< of a step's projection back onto F(p, q) = 0, at most
-  double tolerance = 1e-11;         ///< of that projection, in lengths
+  int newton_steps = 30;            ///< rounds in which a step projects back onto F(p, q) = 0, at most
+  double tolerance = 1e-11;         ///< change below which a pose counts as settled, in lengths
   std::vector<std::string> freeze;  ///< unknowns that stay, by name or by the name of what they belong to
 };
 
@@ -83,14 +83,17 @@ class ControlSession {
   /// (floaters, colours) advances by dt there.
   using Follow = FunctionRef<void(const field::Field& surface, double dt)>;
   /// Advances by `dt` seconds. Throws InvalidInput unless dt is above zero.
-  StepReport step(double dt);
-  StepReport step(double dt, Follow follow);
+  StepReport step(double dt) { return advance(dt, nullptr); }
+  StepReport step(double dt, Follow follow) { return advance(dt, &follow); }
   /// Steps until the controls arrive, or a step fails or no longer comes nearer.
   StepReport run(double dt = 0.1, int most_steps = 10000);
 
  private:
   struct Attempt;
+  StepReport advance(double dt, const Follow* follow);
   Attempt project(const std::vector<Vec3>& positions, std::vector<double> q);
+  std::vector<double> targets(const std::vector<Vec3>& positions, const std::vector<double>& q,
+                              const std::vector<double>& distance) const;
   System system(const std::vector<Vec3>& positions, const std::vector<double>& q) const;
   void build_sideways_rows();
   StepReport report(const Attempt& attempt, const std::vector<Vec3>& positions) const;
@@ -103,6 +106,13 @@ class ControlSession {
   std::vector<Control> controls_;
   std::vector<double> rest_;   // the unknowns when the drag began
   std::vector<double> scale_;  // the metric of the drag
+  /// The way back to the drag's beginning, one share of it per step.
+  struct Descent {
+    std::vector<double> q, pull;
+    double share = 0.5;
+    Descent next(const std::vector<double>& at, const Solution& found, const std::vector<double>& scale) const;
+  };
+  Descent descent_;
   struct Sideways {
     std::size_t control;
     Vec3 direction;

@@ -1,4 +1,5 @@
 #include <meniscus/base/error.h>
+#include <meniscus/base/parallel.h>
 #include <meniscus/base/suggest.h>
 #include <meniscus/control/rows.h>
 
@@ -29,27 +30,63 @@ void apply_freeze(const std::vector<field::Parameter>& parameters, const std::ve
   }
 }
 
+/// What F is divided by to be a distance; 0 where it cannot be one.
+double slope_of(double f, double gradient, double length) {
+  const double slope = std::max(gradient, std::abs(f) / length);
+  return std::isfinite(slope) ? slope : 0;
+}
+
+double distance_of(double f, double slope) { return slope > 0 ? f / slope : std::isfinite(f) ? 0 : f; }
+
+/// The box without what Field::range shows to be outside, side by side: bounds of fading blobs reach far beyond them.
+Box shaved(const field::Field& surface, Box box) {
+  constexpr int kHalvings = 6;
+  for (int a = 0; a < 3; ++a)
+    for (const bool upper : {false, true}) {
+      const double from = upper ? box.max[a] : box.min[a], size = box.max[a] - box.min[a];
+      double& side = upper ? box.max[a] : box.min[a];
+      for (double cut = 0.5 * size, off = 0; cut > std::ldexp(size, -kHalvings - 1); cut *= 0.5) {
+        Box slab = box;
+        const double inner = from + (upper ? -1 : 1) * (off + cut);
+        (upper ? slab.min[a] : slab.max[a]) = inner;
+        (upper ? slab.max[a] : slab.min[a]) = from;
+        if (surface.range(slab).lo > 0) off += cut, side = inner;
+      }
+    }
+  return box;
+}
+
 }  // namespace
 
 SurfaceRows surface_rows(const field::Field& surface, const std::vector<Vec3>& points, double length) {
   SurfaceRows out;
   const field::PositionBatch x(points);
   const field::JetBatch jets = field::evaluate(surface, points, field::Order::Gradient);
-  field::SparseRows raw;
-  surface.parameter_rows(x.view(), raw);
+  constexpr std::size_t kPart = 64;
+  std::vector<field::SparseRows> parts((points.size() + kPart - 1) / kPart);
+  parallel_blocks(points.size(), kPart, {}, [&](std::size_t begin, std::size_t end) {
+    surface.parameter_rows(x.view().part(begin, end - begin), parts[begin / kPart]);
+  });
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double f = jets.value(i), g = jets.gradient(i).norm();
-    const double slope = std::max(g, std::abs(f) / length);
-    const bool usable = std::isfinite(slope) && slope > 0;
-    out.distance.push_back(std::isfinite(f) ? (usable ? f / slope : 0) : f);
+    const double f = jets.value(i), g = jets.gradient(i).norm(), slope = slope_of(f, g, length);
+    out.distance.push_back(distance_of(f, slope));
     out.normal.push_back(g > 0 && std::isfinite(g) ? Vec3(jets.gradient(i) / g) : Vec3(Vec3::Zero()));
-    for (std::size_t e = raw.begin[i]; usable && e < raw.begin[i + 1]; ++e) {
-      out.rows.index.push_back(raw.index[e]);
-      out.rows.value.push_back(raw.value[e] / slope);
+    const field::SparseRows& part = parts[i / kPart];
+    for (std::size_t e = part.begin[i % kPart]; slope > 0 && e < part.begin[i % kPart + 1]; ++e) {
+      out.rows.index.push_back(part.index[e]);
+      out.rows.value.push_back(part.value[e] / slope);
     }
     out.rows.begin.push_back(out.rows.index.size());
   }
   return out;
+}
+
+std::vector<double> surface_distance(const field::Field& surface, const std::vector<Vec3>& points, double length) {
+  const field::JetBatch jets = field::evaluate(surface, points, field::Order::Gradient);
+  std::vector<double> distance;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    distance.push_back(distance_of(jets.value(i), slope_of(jets.value(i), jets.gradient(i).norm(), length)));
+  return distance;
 }
 
 std::vector<double> sensitivity_scale(const field::Field& surface, const SurfaceRows& points,
@@ -99,7 +136,7 @@ std::optional<Vec3> nearest_surface_point(const field::Field& surface, const Vec
 
 double length_scale(const field::Field& surface, const std::vector<Vec3>& points) {
   const Box bounds = surface.bounds();
-  if (bounds.finite() && bounds.diameter() > 0) return bounds.diameter();
+  if (bounds.finite() && bounds.diameter() > 0) return shaved(surface, bounds).diameter();
   Box box;
   for (const Vec3& p : points) box.extend(p);
   return box.finite() && box.diameter() > 0 ? box.diameter() : 1;

@@ -20,6 +20,9 @@ struct SurfaceRows {
 /// |F|/length takes its place. Rows of points where F is not finite or constant are empty.
 SurfaceRows surface_rows(const field::Field& surface, const std::vector<Vec3>& points, double length);
 
+/// The distances of surface_rows alone.
+std::vector<double> surface_distance(const field::Field& surface, const std::vector<Vec3>& points, double length);
+
 /// The size of change of each unknown that moves the surface by about one unit of length: the metric of a control system.
 /// Coordinates and lengths count as they are. Weights, angles and ratios share one scale each, such that the most effective
 /// one moves the surface at `points` by one; plain numbers get one each. So no result depends on an unknown's unit.
@@ -37,7 +40,8 @@ StepBounds step_bounds(const field::Field& surface);
 /// The point of the surface that Newton's steps along ∇F reach from `point`, or nothing when they do not settle.
 std::optional<Vec3> nearest_surface_point(const field::Field& surface, const Vec3& point, double length);
 
-/// A length to measure against: the diameter of the surface's bounds, of `points` when those are infinite, or 1.
+/// A length to measure against: the diameter of the surface's bounds less what Field::range shows to be outside, of `points`
+/// when they are infinite, or 1.
 double length_scale(const field::Field& surface, const std::vector<Vec3>& points);
 
 }  // namespace meniscus::control
