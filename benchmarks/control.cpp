@@ -4,6 +4,7 @@
 #include <meniscus/control/drag.h>
 #include <meniscus/control/system.h>
 #include <meniscus/field/blobs.h>
+#include <meniscus/scene/edit_session.h>
 
 #include <nlohmann/json.hpp>
 
@@ -116,6 +117,31 @@ void local_model(nlohmann::json& all, int side, int height, std::size_t count, d
              control::name(step.outcome));
 }
 
+/// The loop of an interface: 20 controls pull on 100 unknowns, 10,000 floaters follow.
+void with_floaters(nlohmann::json& all) {
+  std::string items;
+  for (int i = 0; i < 25; ++i)
+    items += std::string(i > 0 ? "," : "") + "{\"center\":[" + std::to_string(i % 5) + "," + std::to_string(0.1 * (i % 3)) +
+             "," + std::to_string(i / 5) + R"(],"radius":1.6,"weight":1})";
+  std::string freeze;
+  for (int i = 0; i < 25; ++i) freeze += ",\"items[" + std::to_string(i) + "].weight\"";
+  scene::EditSession session(scene::Document::parse(
+      R"({"format":"meniscus.scene","version":1,"surface":{"type":"blobs","kernel":"compact","bias":0.4,"freeze":["bias")" +
+          freeze + R"(],"items":[)" + items + "]}}",
+      "blobs.json"));
+  session.show_floaters(10000);
+  control::ControlSession& controls = session.begin_stroke();
+  for (const Vec3& p : tops(session.surface(), 5, 20)) {
+    const std::size_t id = controls.add(p).id;
+    controls.aim(id, controls.controls()[id].position + Vec3(0, 2 * lift(p), 0));
+  }
+  scene::EditStep step;
+  const Measure m = median_of(48, [&] { step = session.step(1 / 60.0); });
+  report(all, "100 parameters, 20 controls, 10,000 floaters: full step", m, 16,
+         std::to_string(session.floaters()->size()) + " floaters, rank " + std::to_string(step.control.rank) + ", " +
+             control::name(step.control.outcome));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -134,6 +160,7 @@ int main(int argc, char** argv) {
   local_model(all, 5, 1, 20, 1);
   local_model(all, 10, 1, 100, 10);
   local_model(all, 50, 4, 1000, 50);
+  with_floaters(all);
   if (!json.empty()) std::ofstream(json) << all.dump(1) << '\n';
   return 0;
 }

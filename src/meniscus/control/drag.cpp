@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t kFewParameters = 2000;  // so many are all tried as movers of a control's stuff
 constexpr int kHalvings = 6;
+constexpr int kMostSteps = 10000;   // of a run
 constexpr int kPatience = 600;      // steps in place until the shape is the nearest to the drag's beginning
 constexpr double kSlow = 0.2;       // share of a correction that the next may have before the rows are made anew
 constexpr double kArrived = 1e-12;  // in lengths
@@ -327,10 +328,10 @@ StepReport ControlSession::advance(double dt, const Follow* follow) {
   return r;
 }
 
-StepReport ControlSession::run(double dt, int most_steps) {
+StepReport ControlSession::advance_all(double dt, const Follow* follow) {
   StepReport r;
-  for (int i = 0, waited = 0; i < most_steps && waited < kPatience; ++i) {
-    r = step(dt);
+  for (int i = 0, waited = 0; i < kMostSteps && waited < kPatience; ++i) {
+    r = advance(dt, follow);
     if (r.outcome == StepReport::Outcome::Arrived && r.status == Status::Solved && !r.settled)
       ++waited;
     else if (r.outcome != StepReport::Outcome::Moving)

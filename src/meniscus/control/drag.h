@@ -86,11 +86,13 @@ class ControlSession {
   StepReport step(double dt) { return advance(dt, nullptr); }
   StepReport step(double dt, Follow follow) { return advance(dt, &follow); }
   /// Steps until the controls arrive, or a step fails or no longer comes nearer.
-  StepReport run(double dt = 0.1, int most_steps = 10000);
+  StepReport run(double dt = 0.1) { return advance_all(dt, nullptr); }
+  StepReport run(double dt, Follow follow) { return advance_all(dt, &follow); }
 
  private:
   struct Attempt;
   StepReport advance(double dt, const Follow* follow);
+  StepReport advance_all(double dt, const Follow* follow);
   Attempt project(const std::vector<Vec3>& positions, std::vector<double> q);
   std::vector<double> targets(const std::vector<Vec3>& positions, const std::vector<double>& q,
                               const std::vector<double>& distance) const;

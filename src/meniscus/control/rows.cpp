@@ -38,24 +38,6 @@ double slope_of(double f, double gradient, double length) {
 
 double distance_of(double f, double slope) { return slope > 0 ? f / slope : std::isfinite(f) ? 0 : f; }
 
-/// The box without what Field::range shows to be outside, side by side: bounds of fading blobs reach far beyond them.
-Box shaved(const field::Field& surface, Box box) {
-  constexpr int kHalvings = 6;
-  for (int a = 0; a < 3; ++a)
-    for (const bool upper : {false, true}) {
-      const double from = upper ? box.max[a] : box.min[a], size = box.max[a] - box.min[a];
-      double& side = upper ? box.max[a] : box.min[a];
-      for (double cut = 0.5 * size, off = 0; cut > std::ldexp(size, -kHalvings - 1); cut *= 0.5) {
-        Box slab = box;
-        const double inner = from + (upper ? -1 : 1) * (off + cut);
-        (upper ? slab.min[a] : slab.max[a]) = inner;
-        (upper ? slab.max[a] : slab.min[a]) = from;
-        if (surface.range(slab).lo > 0) off += cut, side = inner;
-      }
-    }
-  return box;
-}
-
 }  // namespace
 
 SurfaceRows surface_rows(const field::Field& surface, const std::vector<Vec3>& points, double length) {
@@ -134,9 +116,28 @@ std::optional<Vec3> nearest_surface_point(const field::Field& surface, const Vec
   return {};
 }
 
+Box tight_bounds(const field::Field& surface) {
+  Box box = surface.bounds();
+  if (box.empty() || !box.finite()) return box;
+  constexpr int kHalvings = 6;
+  for (int a = 0; a < 3; ++a)
+    for (const bool upper : {false, true}) {
+      const double from = upper ? box.max[a] : box.min[a], size = box.max[a] - box.min[a];
+      double& side = upper ? box.max[a] : box.min[a];
+      for (double cut = 0.5 * size, off = 0; cut > std::ldexp(size, -kHalvings - 1); cut *= 0.5) {
+        Box slab = box;
+        const double inner = from + (upper ? -1 : 1) * (off + cut);
+        (upper ? slab.min[a] : slab.max[a]) = inner;
+        (upper ? slab.max[a] : slab.min[a]) = from;
+        if (surface.range(slab).lo > 0) off += cut, side = inner;
+      }
+    }
+  return box;
+}
+
 double length_scale(const field::Field& surface, const std::vector<Vec3>& points) {
-  const Box bounds = surface.bounds();
-  if (bounds.finite() && bounds.diameter() > 0) return shaved(surface, bounds).diameter();
+  const Box bounds = tight_bounds(surface);
+  if (bounds.finite() && bounds.diameter() > 0) return bounds.diameter();
   Box box;
   for (const Vec3& p : points) box.extend(p);
   return box.finite() && box.diameter() > 0 ? box.diameter() : 1;

@@ -40,8 +40,11 @@ StepBounds step_bounds(const field::Field& surface);
 /// The point of the surface that Newton's steps along ∇F reach from `point`, or nothing when they do not settle.
 std::optional<Vec3> nearest_surface_point(const field::Field& surface, const Vec3& point, double length);
 
-/// A length to measure against: the diameter of the surface's bounds less what Field::range shows to be outside, of `points`
-/// when they are infinite, or 1.
+/// The surface's bounds without what Field::range shows to be outside, side by side, to about 1 %; infinite ones as they
+/// are.
+Box tight_bounds(const field::Field& surface);
+
+/// A length to measure against: the diameter of the surface's tight bounds, of `points` when they are infinite, or 1.
 double length_scale(const field::Field& surface, const std::vector<Vec3>& points);
 
 }  // namespace meniscus::control

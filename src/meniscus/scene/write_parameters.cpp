@@ -52,12 +52,18 @@ double value_in(const Document& document, const std::string& name, bool shared) 
 
 }  // namespace
 
+std::vector<double> parameter_values(const Document& document, const std::vector<field::Parameter>& parameters) {
+  std::vector<double> values;
+  for (const field::Parameter& p : parameters) values.push_back(value_in(document, p.name, p.shared));
+  return values;
+}
+
 std::vector<ParameterChange> parameter_changes(const Document& document, const std::vector<field::Parameter>& parameters) {
+  const std::vector<double> before = parameter_values(document, parameters);
   std::vector<ParameterChange> changes;
-  for (const field::Parameter& p : parameters) {
-    const double before = value_in(document, p.name, p.shared);
-    if (before != p.value) changes.push_back({p.name, p.shared, before, p.value});
-  }
+  for (std::size_t k = 0; k < before.size(); ++k)
+    if (const field::Parameter& p = parameters[k]; before[k] != p.value)
+      changes.push_back({p.name, p.shared, before[k], p.value});
   return changes;
 }
 

@@ -16,6 +16,9 @@ struct ParameterChange {
   double after = 0;
 };
 
+/// The values that the document gives the unknowns. Throws InvalidInput for a name without a place in it.
+std::vector<double> parameter_values(const Document& document, const std::vector<field::Parameter>& parameters);
+
 /// The unknowns whose values differ from those the document gives them.
 std::vector<ParameterChange> parameter_changes(const Document& document, const std::vector<field::Parameter>& parameters);
 
