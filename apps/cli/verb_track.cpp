@@ -18,7 +18,7 @@ struct TrackVerb {
   std::string integrator = "heun";
   int fairing = 0;
   int redistribute = scene::TrackJobOptions{}.redistribution;
-  std::optional<double> voxel;
+  std::optional<double> voxel, checker;
 
   void run(Session& session) const;
   scene::TrackJobOptions options(const Session& session) const;
@@ -41,6 +41,7 @@ scene::TrackJobOptions TrackVerb::options(const Session& session) const {
   o.points = as == "points";
   o.redistribution = redistribute;
   o.voxel = voxel;
+  o.checker = checker;
   o.output = session.output();
   o.write = session.write_options();
   return o;
@@ -118,6 +119,8 @@ void add_track(CLI::App& app, Session& session) {
   verb->add_option("--voxel", state->voxel,
                    "cell size of a new mesh, world units; default: a 128th of the surface's diameter, half the radius of "
                    "particles");
+  verb->add_option("--checker", state->checker, "paint the first mesh with squares of this size, world units")
+      ->check(CLI::PositiveNumber);
   session.add_output(*verb);
   session.add_common(*verb);
   verb->callback([state, &session] { state->run(session); });

@@ -10,7 +10,7 @@
 namespace meniscus::scene {
 namespace {
 
-constexpr double kOpen = 1.5;     // spacings to the nearest point, from where on a place is not covered
+constexpr double kOpen = 1;       // spacings to the nearest point, from where on a place is not covered
 constexpr int kSteps = 40;        // of the floaters' own dynamics in a redistribution
 constexpr double kTooNear = 0.8;  // spacings between two points born at once
 

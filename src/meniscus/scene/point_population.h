@@ -22,8 +22,8 @@ class PointPopulation {
   /// crowded. Returns how many old ones are left.
   std::size_t redistribute(points::Cloud& cloud, const RunControl& run) const;
 
-  /// Adds a point wherever one of `probes` (places near the surface, closer together than the spacing) is farther than 1.5
-  /// spacings from every point.
+  /// Adds a point wherever one of `probes` (places near the surface, closer together than the spacing) is farther than a
+  /// spacing from every point.
   void cover(points::Cloud& cloud, std::span<const Vec3> probes, const RunControl& run) const;
 
  private:

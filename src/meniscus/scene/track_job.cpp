@@ -30,11 +30,26 @@ Topology topology_of(const mesh::Mesh& mesh) {
           static_cast<std::ptrdiff_t>(mesh.positions.size()) - static_cast<std::ptrdiff_t>(mesh.triangles.size() / 2)};
 }
 
-Attributes first_attributes(const std::vector<Vec3>& positions) {
+/// A checkerboard in space, of two colours.
+std::vector<double> checkered(const std::vector<Vec3>& positions, double size) {
+  std::vector<double> colors;
+  for (const Vec3& p : positions) {
+    const Vec3 cell = (p / size).array().floor();
+    const bool odd = std::fmod(std::abs(cell.sum()), 2) != 0;
+    if (odd)
+      colors.insert(colors.end(), {0.75, 0.30, 0.12});
+    else
+      colors.insert(colors.end(), {0.85, 0.80, 0.68});
+  }
+  return colors;
+}
+
+Attributes first_attributes(const std::vector<Vec3>& positions, const std::optional<double>& checker) {
   std::vector<double> rest;
   for (const Vec3& p : positions) rest.insert(rest.end(), {p.x(), p.y(), p.z()});
   Attributes attributes;
   attributes.set(kRest, 3, std::move(rest));
+  if (checker) attributes.set(attribute::kColor, 3, checkered(positions, *checker));
   return attributes;
 }
 
@@ -133,7 +148,7 @@ TrackJobFrame TrackJob::start(long frame, const RunControl& run) {
   }
   mesh::Mesh mesh = new_mesh(run);
   motion::fair(*surface_.field, mesh, options_.first_fairing, run);
-  mesh.attributes = first_attributes(mesh.positions);
+  mesh.attributes = first_attributes(mesh.positions, options_.checker);
   number(mesh.attributes, 0, mesh.positions.size());
   mesh_.emplace(std::move(mesh), *surface_.field, time_of(frame), options_.tracker, run);
   out.step = mesh_->measures();
@@ -143,7 +158,7 @@ TrackJobFrame TrackJob::start(long frame, const RunControl& run) {
 void TrackJob::start_points(double time, const RunControl& run) {
   const PointPopulation population(*surface_.field, voxel_ > 0 ? voxel_ : 1);
   points::Cloud cloud = population.first(run);
-  cloud.attributes = first_attributes(cloud.positions);
+  cloud.attributes = first_attributes(cloud.positions, options_.checker);
   number(cloud.attributes, 0, cloud.size());
   points_.emplace(std::move(cloud), *surface_.field, time, voxel_ > 0 ? voxel_ : 1, options_.tracker, run);
 }
@@ -200,8 +215,8 @@ void TrackJob::mend(TrackJobFrame& out, const RunControl& run) {
   const std::size_t kept = mended.kept_vertices.size();
   mesh::Mesh& mesh = mended.mesh;
   motion::fair(*surface_.field, mesh, options_.first_fairing, run, kept);
-  mesh.attributes =
-      old.positions.empty() ? first_attributes(mesh.positions) : inherited(old, mended.kept_vertices, mesh.positions);
+  mesh.attributes = old.positions.empty() ? first_attributes(mesh.positions, options_.checker)
+                                          : inherited(old, mended.kept_vertices, mesh.positions);
   number(mesh.attributes, kept, mesh.positions.size());
   out.kept = kept;
   out.regions = std::move(mended.regions);
@@ -224,7 +239,7 @@ TrackJobFrame TrackJob::advance_points(long frame, const RunControl& run) {
   out.born = cloud.size() - out.kept;
   if (now) out.remeshed = "redistributed";
   if (!now && out.born == 0) return out;
-  if (points_->cloud().empty()) cloud.attributes = first_attributes(cloud.positions);
+  if (points_->cloud().empty()) cloud.attributes = first_attributes(cloud.positions, options_.checker);
   number(cloud.attributes, out.kept, cloud.size());
   points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_, options_.tracker, run);
   const motion::StepReport step = out.step;
@@ -247,6 +262,8 @@ std::vector<TrackJobFrame> run_track_job(const SurfaceSource& source, const Trac
                                          const std::function<void(const TrackJobFrame&)>& on_frame, RunControl run) {
   if (options.voxel && !(std::isfinite(*options.voxel) && *options.voxel > 0))
     throw InvalidInput("the voxel must be above zero");
+  if (options.checker && !(std::isfinite(*options.checker) && *options.checker > 0))
+    throw InvalidInput("the squares of a checkerboard must be above zero");
   if (source.kind() == SurfaceSource::Kind::Particles && options.tracker.integrator == motion::Integrator::RungeKutta4)
     throw InvalidInput("a particle sequence has no frames between frames: use Euler's or Heun's method");
   const std::vector<long> frames = source.frames().empty() ? source.all_frames() : source.frames();

@@ -18,6 +18,7 @@ struct TrackJobOptions {
   std::optional<double> voxel;  ///< cell size of the first mesh, world units; the source's own when not given
   int first_fairing = 10;       ///< rounds that even out new triangles
   int redistribution = 12;      ///< frames between redistributions of points; 0 = never
+  std::optional<double> checker = {};  ///< paints the first mesh (Cd) with squares of this size, to see colours carried
   std::string output;           ///< "track.####.ply" (obj, vtp, usda as well); a plain name for a single frame
   io::WriteOptions write;
 };
