@@ -1,5 +1,6 @@
-#include "cli.h"
+#include "frame_report.h"
 
+#include <meniscus/io/manifest.h>
 #include <meniscus/scene/morph_job.h>
 
 #include <fmt/format.h>
@@ -13,7 +14,8 @@ struct MorphVerb {
   std::string from, to;
   std::optional<double> voxel, radius;
   int frames = 24;
-  double fps = 24, tension = 0;
+  double tension = 0;
+  SequenceFlags sequence;
 
   void run(Session& session) const;
 };
@@ -42,19 +44,15 @@ void MorphVerb::run(Session& session) const {
   if (!box.finite()) throw InvalidInput("both shapes of a morph must be bounded and not empty");
   job.morph.voxel = voxel.value_or(box.diameter() / 160);
   job.morph.frames = frames;
-  job.morph.fps = fps;
+  job.morph.fps = sequence.fps;
   job.morph.tension = tension;
-  job.output = session.output();
-  job.write = session.write_options();
+  job.output = sequence.output(session);
+  job.shapes = io::fingerprint_of_file(from) + " " + io::fingerprint_of_file(to) + " " + std::to_string(radius.value_or(0));
   session.report()["frames"] = nlohmann::json::array();
   bool grown = false;
   const auto on_frame = [&](const scene::MorphJobFrame& f) {
-    session.report()["frames"].push_back(row(f));
-    session.report()["outputs"].push_back({{"path", f.path},
-                                           {"frame", f.frame},
-                                           {"points", f.vertices},
-                                           {"triangles", f.triangles},
-                                           {"bbox", to_json(f.bounds)}});
+    report_frame(session, f, row(f));
+    if (f.kept) return;
     session.say(fmt::format("{}: {} triangles, {:.2f} voxels from the goal, {:.2f} s", f.path, grouped(f.triangles),
                             f.morph.farthest, f.seconds));
     grown = f.morph.grown;
@@ -78,7 +76,7 @@ void add_morph(CLI::App& app, Session& session) {
   verb->add_option("--voxel", state->voxel, "cell size, world units; default: a 160th of the diameter of both")
       ->check(CLI::PositiveNumber);
   verb->add_option("--tension", state->tension, "surface tension on the way, units²/s; default 0");
-  verb->add_option("--fps", state->fps, "frames per second: the unit of velocities; default 24")->check(CLI::PositiveNumber);
+  state->sequence.add_to(*verb);
   verb->add_option("--radius", state->radius, "of particles, world units")->check(CLI::PositiveNumber);
   session.add_output(*verb);
   session.add_common(*verb);

@@ -1,4 +1,4 @@
-#include "cli.h"
+#include "frame_report.h"
 
 #include <meniscus/io/frames.h>
 #include <meniscus/scene/file_field.h>
@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
 #include <memory>
 
 namespace meniscus::cli {
@@ -13,25 +14,29 @@ namespace {
 
 struct SkinVerb {
   std::vector<std::string> files;
-  std::string frames, missing = "error", kernel = "averaged", volume = "hold", droplets = "keep", grids;
-  std::optional<double> radius, voxel, tension, carry;
+  std::string frames, missing = "error", kernel = "averaged", volume = "hold", droplets = "keep";
+  std::optional<double> radius, voxel, tension, carry, memory;
   band::SkinShells shells;
-  double fps = 24, follow = band::SkinOptions{}.follow;
+  double follow = band::SkinOptions{}.follow;
   int min_neighbours = 0;
-  bool resume = false, strict = false, velocities = true;
+  bool strict = false;
+  SequenceFlags output;
 
   void run(Session& session) const;
   scene::SkinJobOptions options(Session& session, const io::ParticleSequence& sequence) const;
 };
 
+/// Bytes that the machine has to spare now.
+double free_memory() {
+  std::ifstream info("/proc/meminfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("MemAvailable:", 0) == 0) return 1024 * std::stod(line.substr(13));
+  return 4e9;
+}
+
 scene::SkinJobOptions SkinVerb::options(Session& session, const io::ParticleSequence& sequence) const {
   scene::SkinJobOptions o;
-  o.fps = fps;
-  o.output = session.output();
-  o.write = session.write_options();
-  o.write.comments.clear();  // the command line differs between a run and its --resume; the frames must not
-  o.resume = resume;
-  if (!grids.empty()) o.grids = grids;
+  o.output = output.output(session);
   band::SkinOptions& s = o.skin;
   const auto known = radius ? radius : scene::default_radius(sequence.read(sequence.frames().front()));
   if (!known) throw UsageError("the particles do not tell their radius: give --radius");
@@ -48,18 +53,22 @@ scene::SkinJobOptions SkinVerb::options(Session& session, const io::ParticleSequ
                                                : band::ParticleKernel::Averaged;
   s.shells = shells;
   s.keep_droplets = droplets == "keep";
+  s.max_bricks = static_cast<std::size_t>(memory.value_or(0.75 * free_memory() / 1e9) * 1e9 / band::kBytesPerBrick) + 1;
   return o;
 }
 
 nlohmann::json row(const scene::SkinJobFrame& f) {
-  if (f.kept) return {{"frame", f.frame}, {"kept", true}};
   const band::SkinReport& s = f.skin;
+  nlohmann::json parts = nlohmann::json::array();
+  for (const band::Component& c : f.components)
+    parts.push_back({{"volume", c.volume}, {"goal", c.goal ? nlohmann::json(*c.goal) : nlohmann::json()}, {"area", c.area}});
   return {{"frame", f.frame},
           {"volume", s.volume},
           {"volume_goal", s.volume_goal},
           {"volume_error", s.worst_volume_error},
           {"area", s.area},
           {"components", s.components},
+          {"parts", parts},
           {"triangles", f.triangles},
           {"active_nodes", s.active_nodes},
           {"substeps", s.substeps},
@@ -91,21 +100,16 @@ void SkinVerb::run(Session& session) const {
   double worst = 0;
   std::size_t dropped = 0, lost = 0;
   const auto on_frame = [&](const scene::SkinJobFrame& f) {
-    session.report()["frames"].push_back(row(f));
-    session.report()["outputs"].push_back({{"path", f.path},
-                                           {"frame", f.frame},
-                                           {"points", f.vertices},
-                                           {"triangles", f.triangles},
-                                           {"bbox", to_json(f.bounds)}});
+    report_frame(session, f, row(f));
+    if (f.kept) return;
     session.say(fmt::format("{}: {} triangles, volume {:.5g}, {} components, {:.2f} s", f.path, grouped(f.triangles),
                             f.skin.volume, f.skin.components, f.seconds));
     worst = std::max(worst, f.skin.worst_volume_error);
     dropped += f.skin.dropped;
     lost = std::max(lost, f.skin.lost);
   };
-  const scene::SkinJobReport report = scene::run_skin_job(sequence, job, on_frame, control);
-  for (const auto& w : report.reading.warnings) session.warn(w.code, w.message, w.where);
-  for (const auto& w : report.warnings) session.warn(w.code, w.message, w.where);
+  const io::ReadReport reading = scene::run_skin_job(sequence, job, on_frame, control);
+  for (const auto& w : reading.warnings) session.warn(w.code, w.message, w.where);
   if (dropped > 0)
     session.warn("dropped-particles", fmt::format("{} particles with unusable numbers were left out", dropped));
   if (lost > 0)
@@ -158,10 +162,11 @@ void add_skin(CLI::App& app, Session& session) {
   verb->add_option("--frames", state->frames, "frames to do: 1-48, 1-100x2, 5,9,12-20; default all");
   verb->add_option("--missing", state->missing, "what to do about a missing frame: error (default), skip, hold")
       ->check(CLI::IsMember({"error", "skip", "hold"}));
-  verb->add_option("--fps", state->fps, "frames per second: the unit of velocities; default 24")->check(CLI::PositiveNumber);
-  verb->add_option("--vdb", state->grids, "also write the level set of every frame: skin.####.vdb");
-  verb->add_flag("--velocity", state->velocities, "velocities on vertices: always written, accepted for clarity");
-  verb->add_flag("--resume", state->resume, "go on after the last frame that an earlier run of the same settings finished");
+  verb->add_option(
+          "--memory", state->memory,
+          "most memory the skin may take, GB; more is refused before the work; default: three quarters of what is free")
+      ->check(CLI::PositiveNumber);
+  state->output.add_to(*verb);
   verb->add_flag("--strict", state->strict, "exit with 5 when a component's volume drifts by more than 0.5 %");
   session.add_output(*verb);
   session.add_common(*verb);

@@ -63,6 +63,81 @@ TEST(SkinVerb, OneParticleAndCoincidentParticlesGiveABall) {
   EXPECT_EQ(meniscus_program("check '" + (s / "o.####.ply") + "'").code, 0);
 }
 
+/// `side`³ particles one apart, with ids from `first`, as CSV.
+std::string block(int side, int first = 0) {
+  std::string text = "id,x,y,z\n";
+  for (int n = 0; n < side * side * side; ++n)
+    text += std::to_string(first + n) + "," + std::to_string(n / (side * side)) + "," + std::to_string(n / side % side) +
+            "," + std::to_string(n % side) + "\n";
+  return text;
+}
+
+/// Warnings of the report by code.
+std::string warning(const nlohmann::json& report, const std::string& code) {
+  for (const auto& w : report["warnings"])
+    if (w["code"] == code) return w["message"];
+  return "";
+}
+
+TEST(SkinVerb, FramesMayBeEmptyAndChangeCountsAndIds) {
+  const Scratch s;
+  write(s / "p.0001.csv", block(5));
+  write(s / "p.0002.csv", "id,x,y,z\n");
+  write(s / "p.0003.csv", block(6, 1000));
+  write(s / "p.0004.csv", block(4));
+  const auto r = meniscus_program("skin '" + (s / "p.####.csv") + "' --radius 0.75 --json -q -o " + (s / "o.####.ply"));
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto frames = nlohmann::json::parse(r.out)["frames"];
+  ASSERT_EQ(frames.size(), 4u);
+  EXPECT_EQ(frames[0]["components"], 1);
+  EXPECT_EQ(frames[1]["particles"], 0);
+  EXPECT_EQ(frames[1]["triangles"], 0);
+  EXPECT_EQ(frames[2]["components"], 1);
+  EXPECT_GT(frames[2]["volume"].get<double>(), 1.3 * frames[0]["volume"].get<double>());
+  EXPECT_EQ(frames[3]["components"], 1);
+  EXPECT_EQ(meniscus_program("check '" + (s / "o.####.ply") + "'").code, 0);
+}
+
+TEST(SkinVerb, SaysHowManyParticlesAreUnusable) {
+  const Scratch s;
+  write(s / "p.0001.csv", block(4) + "100,nan,0,0\n101,0,inf,0\n102,1e30,0,0\n");
+  const auto r = meniscus_program("skin '" + (s / "p.####.csv") + "' --radius 0.75 --json -q -o " + (s / "o.####.ply"));
+  ASSERT_EQ(r.code, 0) << r.err;
+  const std::string message = warning(nlohmann::json::parse(r.out), "dropped-points");
+  EXPECT_EQ(message.substr(0, 8), "3 points") << message;
+  EXPECT_EQ(meniscus_program("check '" + (s / "o.0001.ply") + "'").code, 0);
+}
+
+TEST(SkinVerb, SaysHowManyParticlesAreTooSmallForTheVoxels) {
+  const Scratch s;
+  std::string text = "x,y,z\n";
+  for (int i = 0; i < 25; ++i) text += std::to_string(1.37 * i) + "," + std::to_string(0.41 * i) + ",0.3\n";
+  write(s / "p.0001.csv", text);
+  const std::string run = "skin '" + (s / "p.####.csv") + "' --radius 0.05 --json -q --force -o " + (s / "o.####.ply");
+  const auto coarse = meniscus_program(run + " --voxel 0.5");
+  ASSERT_EQ(coarse.code, 0) << coarse.err;
+  const std::string message = warning(nlohmann::json::parse(coarse.out), "lost-particles");
+  const auto lost = nlohmann::json::parse(coarse.out)["frames"][0]["lost"].get<int>();
+  EXPECT_GT(lost, 20);
+  EXPECT_NE(message.find("to " + std::to_string(lost) + " particles"), std::string::npos) << message;
+  const auto fine = meniscus_program(run);
+  ASSERT_EQ(fine.code, 0) << fine.err;
+  EXPECT_EQ(warning(nlohmann::json::parse(fine.out), "lost-particles"), "");
+  EXPECT_EQ(nlohmann::json::parse(fine.out)["frames"][0]["components"], 25);
+}
+
+TEST(SkinVerb, RefusesAVoxelThatMemoryCannotHoldAndSaysTheFigure) {
+  const Scratch s;
+  write(s / "p.0001.csv", block(10));
+  const std::string run = "skin '" + (s / "p.####.csv") + "' --radius 0.75 -q --force -o " + (s / "o.####.ply");
+  const auto r = meniscus_program(run + " --voxel 0.0005");
+  EXPECT_EQ(r.code, 1);
+  EXPECT_NE(r.err.find("GB"), std::string::npos) << r.err;
+  EXPECT_FALSE(std::filesystem::exists(s / "o.0001.ply"));
+  EXPECT_EQ(meniscus_program(run + " --memory 0.001").code, 1);
+  EXPECT_EQ(meniscus_program(run + " --memory 1").code, 0);
+}
+
 TEST(MorphVerb, TurnsABallIntoARing) {
   const Scratch s;
   write(s / "ball.json",

@@ -50,6 +50,16 @@ TEST(Vdb, RoundTripKeepsEverySample) {
   }
 }
 
+TEST(Vdb, AVelocityGridGoesBesideTheLevelSet) {
+  const TemporaryFolder folder;
+  const field::Grid grid = sphere_grid(0.1);
+  const std::vector<Vec3> velocity(512 * grid.bricks().size(), Vec3(1, 2, 3));
+  write_vdb(folder / "a.vdb", grid, velocity);
+  EXPECT_EQ(vdb_grids(folder / "a.vdb"), (std::vector<std::string>{"surface (float)", "velocity (vec3s)"}));
+  EXPECT_EQ(read_vdb(folder / "a.vdb").bricks().size(), grid.bricks().size());
+  EXPECT_THROW(write_vdb(folder / "b.vdb", grid, std::vector<Vec3>(3)), InvalidInput);
+}
+
 TEST(Vdb, TheSameGridGivesTheSameBytes) {
   const TemporaryFolder folder;
   write_vdb(folder / "a.vdb", sphere_grid(0.1));

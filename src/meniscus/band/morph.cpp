@@ -64,6 +64,13 @@ Morph::Morph(const field::Field& from, const field::Field& to, const MorphOption
   evolver_->add(pull_);
 }
 
+void Morph::resume(int frame, Band band) {
+  if (frame < 0 || frame >= options_.frames) throw InvalidInput("the morph has no such frame");
+  frame_ = frame;
+  evolver_ = std::make_unique<Evolver>(std::move(band), EvolverOptions{});
+  evolver_->add(pull_);
+}
+
 MorphReport Morph::next(const RunControl& run) {
   if (frame_ + 1 >= options_.frames) throw InvalidInput("the morph is over");
   MorphReport report;

@@ -41,6 +41,8 @@ class Morph {
 
   /// Goes to the next frame; the first call gives frame 0, which is A itself.
   MorphReport next(const RunControl& run = {});
+  /// Goes on from a band saved after frame number `frame`.
+  void resume(int frame, Band band);
   int frame() const { return frame_; }  ///< the frame shown; -1 before the first
   const Band& band() const { return evolver_->band(); }
 

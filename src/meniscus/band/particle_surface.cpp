@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 namespace meniscus::band {
@@ -20,6 +21,19 @@ double largest(const std::vector<double>& v) { return v.empty() ? 1 : *std::max_
 
 double squared_distance(const Box& box, const Vec3& p) {
   return ((box.min - p).cwiseMax(p - box.max).cwiseMax(0.0)).squaredNorm();
+}
+
+/// A skin of so many bricks does not fit.
+[[noreturn]] void refuse(double voxel, double bricks, std::size_t max_bricks) {
+  const auto gigabytes = [](double n) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g GB", n * kBytesPerBrick / 1e9);
+    return std::string(text.data());
+  };
+  std::array<char, 32> size{};
+  std::snprintf(size.data(), size.size(), "%.6g", voxel);
+  throw ResourceLimit("a voxel of " + std::string(size.data()) + " needs about " + gigabytes(bricks) +
+                      " of memory, more than the " + gigabytes(static_cast<double>(max_bricks)) + " allowed");
 }
 
 }  // namespace
@@ -208,9 +222,7 @@ Band ParticleSurface::band(double voxel, std::size_t max_bricks, const RunContro
     const Box box = cell.padded(cells_.cell());
     const Vec3 count = box.size() / side + Vec3::Constant(2);
     if (static_cast<double>(bricks.size()) + count.prod() > 30.0 * static_cast<double>(max_bricks))
-      throw ResourceLimit("a voxel of " + std::to_string(voxel) + " is too small for these particles: more than " +
-                          std::to_string(max_bricks) + " bricks of 512 voxels (" +
-                          std::to_string(max_bricks * 512 * 12 / 1000000) + " MB)");
+      refuse(voxel, static_cast<double>(cells_.boxes().size()) * (cells_.boxes()[0].size() / side).prod(), max_bricks);
     for (std::int32_t i = brick_at(box.min.x()); i <= brick_at(box.max.x()); ++i)
       for (std::int32_t j = brick_at(box.min.y()); j <= brick_at(box.max.y()); ++j)
         for (std::int32_t k = brick_at(box.min.z()); k <= brick_at(box.max.z()); ++k) bricks.push_back({i, j, k});
@@ -221,10 +233,7 @@ Band ParticleSurface::band(double voxel, std::size_t max_bricks, const RunContro
   }
   std::sort(bricks.begin(), bricks.end());
   bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
-  if (bricks.size() > max_bricks)
-    throw ResourceLimit("a voxel of " + std::to_string(voxel) + " needs " + std::to_string(bricks.size()) +
-                        " bricks of 512 voxels (" + std::to_string(bricks.size() * 512 * 12 / 1000000) +
-                        " MB), more than the " + std::to_string(max_bricks) + " allowed");
+  if (bricks.size() > max_bricks) refuse(voxel, static_cast<double>(bricks.size()), max_bricks);
 
   std::vector<float> values(bricks.size() * Band::kBrickNodes);
   const double reach = Band::kHalfWidth * voxel;

@@ -10,6 +10,9 @@
 
 namespace meniscus::band {
 
+/// Memory of a brick of 512 voxels while a skin works on it: samples, their copies in time, speeds and labels.
+inline constexpr double kBytesPerBrick = 20e3;
+
 /// How particles make a surface. A lone particle is a sphere of its radius with each.
 enum class ParticleKernel {
   Blobs,        ///< F = (3/4)³ - Σ (1 - d²/(2r)²)³: the paper's compact blobs; bulges where particles are dense
@@ -36,7 +39,8 @@ class ParticleSurface {
   void sphere_distance(const field::Positions& x, double scale, double reach, std::span<double> out,
                        const RunControl& run = {}) const;
 
-  /// The surface itself as a band: what a stateless mesher would make. Throws ResourceLimit beyond `max_bricks`.
+  /// The surface itself as a band: what a stateless mesher would make. Throws ResourceLimit, with the memory it would take,
+  /// when the bricks that particles reach are more than `max_bricks`.
   Band band(double voxel, std::size_t max_bricks = 1u << 20, const RunControl& run = {}) const;
 
   /// Positions and radii of the particles that count (no strays).

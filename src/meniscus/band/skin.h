@@ -37,7 +37,7 @@ struct SkinOptions {
   SkinShells shells;
   bool keep_droplets = true;  ///< a group of particles too small for the tension is shown as it is instead of being eaten
   int max_substeps = 16;      ///< target evaluations per frame; as many as the particles' speed asks for
-  std::size_t max_bricks = 1u << 20;  ///< of 512 voxels: 6 kB each while working
+  std::size_t max_bricks = 1u << 20;  ///< of 512 voxels, kBytesPerBrick each; more is a ResourceLimit
 };
 
 /// What one frame took and gave.

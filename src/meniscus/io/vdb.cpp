@@ -8,6 +8,7 @@
 #include <openvdb/openvdb.h>
 
 #include <cctype>
+#include <cmath>
 #include <sstream>
 
 namespace meniscus::io {
@@ -75,9 +76,9 @@ openvdb::FloatGrid::Ptr from_grid(const field::Grid& grid, const WriteOptions& o
 /// Writes to memory with the table of offsets that lets other programs pick a grid.
 class MemoryArchive : public openvdb::io::Archive {
  public:
-  std::string bytes(const openvdb::GridBase::ConstPtr& grid) const {
+  std::string bytes(const openvdb::GridCPtrVec& grids) const {
     std::ostringstream out;
-    Archive::write(out, openvdb::GridCPtrVec{grid}, /*seekable=*/true);
+    Archive::write(out, grids, /*seekable=*/true);
     return std::move(out).str();
   }
 };
@@ -103,6 +104,31 @@ void make_identity_reproducible(std::string& bytes) {
   }
 }
 
+void write_grids(AtomicFile& file, const openvdb::GridCPtrVec& grids) {
+  std::string bytes = MemoryArchive().bytes(grids);
+  make_identity_reproducible(bytes);
+  file.write(bytes);
+  file.commit();
+}
+
+openvdb::Vec3SGrid::Ptr velocity_grid(const openvdb::FloatGrid& surface, const field::Grid& grid,
+                                      std::span<const Vec3> velocity) {
+  const auto out = openvdb::Vec3SGrid::create();
+  out->setName("velocity");
+  out->setTransform(surface.transform().copy());
+  out->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  openvdb::Vec3SGrid::Accessor accessor = out->getAccessor();
+  for (std::size_t b = 0; b < grid.bricks().size(); ++b) {
+    const field::Coord& c = grid.bricks()[b];
+    auto* leaf = accessor.touchLeaf({8 * c[0], 8 * c[1], 8 * c[2]});
+    for (openvdb::Index n = 0; n < field::Grid::kBrickVoxels; ++n) {
+      if (std::abs(grid.brick(b)[n]) >= static_cast<float>(grid.background())) continue;
+      leaf->setValueOn(n, openvdb::Vec3s(velocity[b * field::Grid::kBrickVoxels + n].cast<float>().eval().data()));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 field::Grid read_vdb(const std::string& path, const std::optional<std::string>& name, const ReadOptions& options) {
@@ -121,10 +147,17 @@ std::vector<std::string> vdb_grids(const std::string& path, const ReadOptions& o
 void write_vdb(const std::string& path, const field::Grid& grid, const WriteOptions& options) {
   initialize();
   AtomicFile file(path, options);  // first: says no before the work is done
-  std::string bytes = MemoryArchive().bytes(from_grid(grid, options));
-  make_identity_reproducible(bytes);
-  file.write(bytes);
-  file.commit();
+  write_grids(file, {from_grid(grid, options)});
+}
+
+void write_vdb(const std::string& path, const field::Grid& grid, std::span<const Vec3> velocity,
+               const WriteOptions& options) {
+  if (velocity.size() != grid.bricks().size() * field::Grid::kBrickVoxels)
+    throw InvalidInput("a velocity grid needs one vector per sample");
+  initialize();
+  AtomicFile file(path, options);
+  const openvdb::FloatGrid::Ptr surface = from_grid(grid, options);
+  write_grids(file, {surface, velocity_grid(*surface, grid, velocity)});
 }
 
 }  // namespace meniscus::io

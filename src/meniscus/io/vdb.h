@@ -17,4 +17,9 @@ std::vector<std::string> vdb_grids(const std::string& path, const ReadOptions& o
 /// gives the same bytes.
 void write_vdb(const std::string& path, const field::Grid& grid, const WriteOptions& options = {});
 
+/// The same with a second grid "velocity" (vec3s, units per second) of the same active voxels: `velocity` holds one vector
+/// per sample, in the order of the grid's bricks. Throws InvalidInput for another number.
+void write_vdb(const std::string& path, const field::Grid& grid, std::span<const Vec3> velocity,
+               const WriteOptions& options = {});
+
 }  // namespace meniscus::io

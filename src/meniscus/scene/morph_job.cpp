@@ -1,38 +1,48 @@
-#include <meniscus/base/error.h>
-#include <meniscus/io/frames.h>
-#include <meniscus/polygonize/polygonize.h>
 #include <meniscus/scene/morph_job.h>
 
-#include <chrono>
+#include <numeric>
 
 namespace meniscus::scene {
+namespace {
 
-std::vector<MorphJobFrame> run_morph_job(const field::Field& from, const field::Field& to, const MorphJobOptions& options,
-                                         const std::function<void(const MorphJobFrame&)>& on_frame, RunControl run) {
-  const auto pattern = io::FramePattern::parse(options.output);
-  if (!pattern) throw InvalidInput("'" + options.output + "' has no place for the frame number: write, say, m.####.ply");
-  band::Morph morph(from, to, options.morph, {}, run);
-  std::vector<MorphJobFrame> frames;
-  for (int f = 0; f < options.morph.frames; ++f) {
-    const auto started = std::chrono::steady_clock::now();
-    MorphJobFrame out;
-    out.frame = f + 1;
-    out.path = pattern->path(out.frame);
-    out.morph = morph.next(run);
-    mesh::Mesh mesh = polygonize::polygonize_grid(morph.band().grid(), {}, run).mesh;
-    std::vector<double> v;
-    for (const Vec3& u : morph.velocities(mesh.positions, run)) v.insert(v.end(), {u.x(), u.y(), u.z()});
-    mesh.attributes.set("v", 3, std::move(v));
-    out.vertices = mesh.positions.size();
-    out.triangles = mesh.triangles.size();
-    out.bounds = mesh::bounds(mesh);
-    io::write_mesh(out.path, mesh, options.write);
-    out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    run.progress((f + 1.0) / options.morph.frames, "morph");
-    frames.push_back(out);
-    if (on_frame) on_frame(out);
+class LivingMorph final : public LivingSurface {
+ public:
+  LivingMorph(const field::Field& from, const field::Field& to, const band::MorphOptions& options, const RunControl& run)
+      : morph_(from, to, options, {}, run) {}
+
+  void advance(std::size_t, const RunControl& run) override { report = morph_.next(run); }
+  const band::Band& band() const override { return morph_.band(); }
+  std::vector<Vec3> velocities(std::span<const Vec3> at, const RunControl& run) const override {
+    return morph_.velocities(at, run);
   }
-  return frames;
+  nlohmann::json state() override { return {{"frame", morph_.frame()}}; }
+  void resume(std::size_t index, band::Band band, const nlohmann::json&, const RunControl&) override {
+    morph_.resume(static_cast<int>(index), std::move(band));
+  }
+
+  band::MorphReport report;
+
+ private:
+  band::Morph morph_;
+};
+
+}  // namespace
+
+void run_morph_job(const field::Field& from, const field::Field& to, const MorphJobOptions& options,
+                   const std::function<void(const MorphJobFrame&)>& on_frame, RunControl run) {
+  LivingMorph morph(from, to, options.morph, run);
+  std::vector<long> frames(static_cast<std::size_t>(options.morph.frames));
+  std::iota(frames.begin(), frames.end(), 1);
+  const band::MorphOptions& m = options.morph;
+  const nlohmann::json settings{{"shapes", options.shapes}, {"voxel", m.voxel},
+                                {"frames", m.frames},       {"fps", m.fps},
+                                {"tension", m.tension},     {"output", options.output.meshes}};
+  write_sequence(
+      morph, frames, options.output, settings.dump(),
+      [&](const FrameRecord& record) {
+        if (on_frame) on_frame({record, record.kept ? band::MorphReport{} : morph.report});
+      },
+      run);
 }
 
 }  // namespace meniscus::scene
