@@ -1,8 +1,8 @@
 #include <meniscus/sample/closing.h>
 #include <meniscus/sample/evenness.h>
+#include <meniscus/sample/holes.h>
 #include <meniscus/sample/neighbour_grid.h>
 #include <meniscus/sample/point_hash.h>
-#include <meniscus/sample/projection.h>
 #include <meniscus/sample/relax.h>
 
 #include <algorithm>
@@ -28,17 +28,15 @@ std::vector<std::uint32_t> by_falling(const std::vector<double>& key) {
   return order;
 }
 
-/// Takes places in the given order, at most `count` and none within kApart spacings of another.
-std::vector<std::uint32_t> spread_out(const std::vector<std::uint32_t>& order, const std::vector<Vec3>& places,
-                                      const Population& p, const Box& box, std::size_t count) {
+/// Takes places in order, at most `count` and none within its limit of one taken before.
+std::vector<std::uint32_t> spread_out(const std::vector<Vec3>& places, const std::vector<double>& limits, const Box& box,
+                                      std::size_t count) {
   std::vector<std::uint32_t> taken;
-  const double widest = kApart * *std::max_element(p.spacing.begin(), p.spacing.end());
-  PointHash hash(box.center(), widest);
-  for (const std::uint32_t i : order) {
-    if (taken.size() == count) break;
-    const double limit = kApart * p.spacing[i];
-    const bool near =
-        hash.any_near(places[i], limit, [&](std::uint32_t k) { return (places[taken[k]] - places[i]).norm() < limit; });
+  if (places.empty()) return taken;
+  PointHash hash(box.center(), *std::max_element(limits.begin(), limits.end()));
+  for (std::uint32_t i = 0; i < places.size() && taken.size() < count; ++i) {
+    const bool near = hash.any_near(places[i], limits[i],
+                                    [&](std::uint32_t k) { return (places[taken[k]] - places[i]).norm() < limits[i]; });
     if (near) continue;
     hash.insert(places[i]);
     taken.push_back(i);
@@ -49,44 +47,38 @@ std::vector<std::uint32_t> spread_out(const std::vector<std::uint32_t>& order, c
 /// Inserts up to `count` points in the largest empty circles, those of at least `least` spacings.
 std::size_t insert(const field::Field& surface, const Box& box, std::size_t count, double least, Population& p,
                    const RunControl& run) {
-  const std::vector<CellMeasure> cells = cells_of(p, box, run);
-  std::vector<double> emptiness(cells.size());
-  std::vector<Vec3> corners(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    emptiness[i] = cells[i].farthest / cells[i].local_spacing;
-    corners[i] = cells[i].corner;
+  const Neighbours near = cell_neighbours(p.points, p.spacing, run);
+  const std::vector<CellMeasure> cells = measure_cells(p.points, p.spacing, near, box, run);
+  const std::vector<Hole> holes = find_holes(surface, box, p.points, p.spacing, near, cells, least, run);
+  std::vector<Vec3> centers;
+  std::vector<double> limits;
+  for (const Hole& h : holes) {
+    centers.push_back(h.center);
+    limits.push_back(kApart * p.spacing[h.particle]);
   }
-  std::vector<std::uint32_t> order = by_falling(emptiness);
-  std::erase_if(order, [&](std::uint32_t i) { return emptiness[i] < least; });
-  const std::vector<std::uint32_t> where = spread_out(order, corners, p, box, count + count / 8 + 8);  // some fail
-  SurfacePoints added;
-  for (const std::uint32_t i : where) added.push_back(corners[i], p.points.normal(i));
-  const double step = *std::max_element(p.spacing.begin(), p.spacing.end());
-  const std::vector<std::uint8_t> arrived =
-      project(surface, box, {.tolerance = 1e-9 * step, .max_distance = step}, added, run);
-  std::size_t inserted = 0;
-  for (std::size_t k = 0; k < where.size() && inserted < count; ++k) {
-    if (!arrived[k] || same_sheet(added.nx[k], added.ny[k], added.nz[k], p.points.nx[where[k]], p.points.ny[where[k]],
-                                  p.points.nz[where[k]]) <= 0)
-      continue;
-    p.points.push_back(added.position(k), added.normal(k));
-    p.spacing.push_back(p.spacing[where[k]]);
-    ++inserted;
+  const std::vector<std::uint32_t> where = spread_out(centers, limits, box, count);
+  for (const std::uint32_t k : where) {
+    p.points.push_back(holes[k].center, holes[k].normal);
+    p.spacing.push_back(p.spacing[holes[k].particle]);
   }
-  return inserted;
+  return where.size();
 }
 
 std::size_t remove(const Box& box, std::size_t count, Population& p, const RunControl& run) {
   const std::vector<CellMeasure> cells = cells_of(p, box, run);
   std::vector<double> crowding(cells.size());
-  std::vector<Vec3> places(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    crowding[i] = -cells[i].area / (p.spacing[i] * p.spacing[i]);
-    places[i] = p.points.position(i);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    crowding[i] = -cells[i].area / (cells[i].share * p.spacing[i] * p.spacing[i]);
+  const std::vector<std::uint32_t> order = by_falling(crowding);
+  std::vector<Vec3> places;
+  std::vector<double> limits;
+  for (const std::uint32_t i : order) {
+    places.push_back(p.points.position(i));
+    limits.push_back(kApart * p.spacing[i]);
   }
-  const std::vector<std::uint32_t> gone = spread_out(by_falling(crowding), places, p, box, count);
+  const std::vector<std::uint32_t> gone = spread_out(places, limits, box, count);
   std::vector<std::uint8_t> removed(cells.size(), 0);
-  for (const std::uint32_t i : gone) removed[i] = 1;
+  for (const std::uint32_t k : gone) removed[order[k]] = 1;
   std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < removed.size(); ++i)
     if (!removed[i]) kept.push_back(i);

@@ -1,5 +1,6 @@
 #include <meniscus/base/parallel.h>
 #include <meniscus/sample/evenness.h>
+#include <meniscus/sample/holes.h>
 #include <meniscus/sample/surface_cell.h>
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kCellLimit = 1.25;  // spacings
+constexpr double kBent = 0.7;  // cosine between the normals of neighbours
 constexpr std::size_t kBlock = 256;
 
 double largest_distance(const field::Field& surface, const SurfacePoints& points, const RunControl& run) {
@@ -38,13 +39,16 @@ std::vector<CellMeasure> measure_cells(const SurfacePoints& points, std::span<co
       cell.build(points, i, neighbours.of(i), kCellLimit * spacing[i], box);
       // In a graded sampling a cell is compared with the mean of its own and its neighbours' spacings.
       double sum = spacing[i], count = 1;
+      bool bent = false;
       for (int k = 0; k < cell.sides(); ++k)
         if (cell.side(k) >= 0) {
-          sum += spacing[static_cast<std::size_t>(cell.side(k))];
+          const auto j = static_cast<std::size_t>(cell.side(k));
+          sum += spacing[j];
           ++count;
+          bent = bent || points.normal(i).dot(points.normal(j)) < kBent;
         }
       out[i] = {cell.area(), cell.nearest(), cell.farthest(), cell.farthest_corner(),
-                cell.open(), cell.share(),   sum / count};
+                cell.open(), cell.share(),   sum / count,     bent};
     }
   });
   return out;
@@ -88,7 +92,7 @@ Evenness evenness(const field::Field& surface, const Box& box, const SurfacePoin
     patches += cells[i].area / (spacing[i] * spacing[i]);
     full += cells[i].share;
     e.open += cells[i].open;
-    if (!cells[i].open) largest = std::max(largest, cells[i].farthest / cells[i].local_spacing);
+    if (!cells[i].open && !cells[i].bent) largest = std::max(largest, cells[i].farthest / cells[i].local_spacing);
     if (!std::isfinite(cells[i].nearest)) continue;
     const double d = cells[i].nearest / cells[i].local_spacing;
     sum += d;
@@ -96,6 +100,9 @@ Evenness evenness(const field::Field& surface, const Box& box, const SurfacePoin
     ++pairs;
     smallest = std::min(smallest, d);
   }
+  // Where tangent planes cannot be trusted, places on the surface itself decide.
+  const std::vector<Hole> holes = find_holes(surface, box, points, spacing, neighbours, cells, largest, run);
+  if (!holes.empty()) largest = holes.front().radius;
   const double lattice = hexagonal_spacing(patches, full);
   e.cover = largest / (lattice / std::sqrt(3.0));
   if (pairs == 0) return e;

@@ -1,3 +1,4 @@
+#include <meniscus/base/random.h>
 #include <meniscus/sample/front.h>
 #include <meniscus/sample/point_hash.h>
 #include <meniscus/sample/projection.h>
@@ -29,7 +30,7 @@ class Growth {
     for (std::size_t s = 0; s < seeds.size() && !front_.capped; ++s) {
       if (crowded(seeds.position(s), seeds.normal(s), spacing[s], 1.0)) continue;
       ++front_.seeds;
-      add(seeds.position(s), seeds.normal(s), seeds.normal(s).unitOrthogonal(), spacing[s]);
+      add(seeds.position(s), seeds.normal(s), direction_at(seeds, s), spacing[s]);
       while (ring_begin_ < front_.points.size() && !front_.capped) grow_ring();
     }
     return std::move(front_);
@@ -40,6 +41,14 @@ class Growth {
     SurfacePoints points;
     std::vector<std::uint32_t> parent;
   };
+
+  /// Where the first tile of a component points: at random, by the control's seed.
+  Vec3 direction_at(const SurfacePoints& seeds, std::size_t s) const {
+    const double angle = 2 * std::numbers::pi * random_uniform(run_.seed(), s, 0)[0];
+    Vec3 u, v;
+    tangent_frame(seeds.normal(s), u, v);
+    return std::cos(angle) * u + std::sin(angle) * v;
+  }
 
   void add(const Vec3& p, const Vec3& n, const Vec3& direction, double spacing) {
     if (front_.points.size() >= options_.max_count) {

@@ -12,11 +12,13 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kSkin = 0.25;    // neighbour lists reach this many spacings farther than the kernel
-constexpr double kStale = 0.1;    // mean displacement, in spacings, at which lists are built anew: what a few fast particles
-                                  // miss lies at the rim of the kernel, where the force vanishes
-constexpr double kMaxMove = 0.2;  // spacings per step
-constexpr double kMaxForce = 0.1;  // the same, for the part that comes from the force alone
+constexpr double kSkin = 0.25;  // neighbour lists reach this many spacings farther than the kernel
+constexpr double kStale = 0.1;  // mean displacement, in spacings, at which lists are built anew: what a few fast particles
+                                // miss lies at the rim of the kernel, where the force vanishes
+constexpr double kBent = 0.7;   // cosine between normals of neighbours below which arcs replace chords
+constexpr double kBentMomentum = 0.5;  // there a displacement soon points off the surface
+constexpr double kMaxMove = 0.2;       // spacings per step
+constexpr double kMaxForce = 0.1;      // the same, for the part that comes from the force alone
 
 relax_kernel::PairKernel kernel_for(RelaxOptions::Kernel kernel) {
   using namespace relax_kernel;
@@ -33,12 +35,13 @@ Vec3 shortened(const Vec3& v, double longest) {
 class Relaxation {
  public:
   Relaxation(const field::Field& surface, const Box& box, SurfacePoints& points, std::span<const double> spacing,
-             const RelaxOptions& options)
+             const RelaxOptions& options, std::span<const std::uint8_t> movable)
       : surface_(surface),
         box_(box),
         now_(points),
         spacing_(spacing),
         options_(options),
+        movable_(movable),
         kernel_(kernel_for(options.kernel)),
         next_(points) {
     for (auto* a : {&vx_, &vy_, &vz_}) a->assign(points.size(), 0.0);
@@ -59,11 +62,16 @@ class Relaxation {
     for (double& r : reach) r *= options_.reach + kSkin;
     neighbours_ = find_neighbours(now_.positions(), reach, control);
     // Only those of the same sheet repel.
+    bent_.assign(now_.size(), 0);
     parallel_for(now_.size(), 1024, control, [&](std::size_t i) {
       std::uint32_t* list = neighbours_.index.data() + neighbours_.first[i];
       std::uint32_t kept = 0;
-      for (std::uint32_t k = 0; k < neighbours_.count[i]; ++k)
-        if (same_sheet(now_, i, list[k]) >= 0.5) list[kept++] = list[k];
+      for (std::uint32_t k = 0; k < neighbours_.count[i]; ++k) {
+        const std::uint32_t j = list[k];
+        if (!(same_sheet(now_, i, j) > 0)) continue;
+        list[kept++] = j;
+        bent_[i] |= now_.normal(i).dot(now_.normal(j)) < kBent;
+      }
       neighbours_.count[i] = kept;
     });
     anchor_x_ = now_.x;
@@ -90,19 +98,21 @@ class Relaxation {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 p = now_.position(i), g = jets.gradient(i - begin);
       const double f = jets.value(i - begin), slope = g.norm();
-      if (!(slope > 0) || !std::isfinite(f) || !std::isfinite(slope)) {  // singular: leave it alone
+      const bool fixed = !movable_.empty() && !movable_[i];
+      if (fixed || !(slope > 0) || !std::isfinite(f) || !std::isfinite(slope)) {  // singular: leave it alone
         next_.set_position(i, p);
         next_.set_normal(i, now_.normal(i));
         continue;
       }
       const Vec3 n = g / slope;
       const relax_kernel::PairForce pairs =
-          kernel_(pairs_in, static_cast<std::uint32_t>(i), neighbours_.of(i).data(), neighbours_.count[i]);
+          bent_[i] ? bent_force(i, n)
+                   : kernel_(pairs_in, static_cast<std::uint32_t>(i), neighbours_.of(i).data(), neighbours_.count[i]);
       // Half the trace: the mean over the two tangent directions.
       Vec3 force = pairs.stiffness > 0 ? Vec3(2 / pairs.stiffness * Vec3(pairs.x, pairs.y, pairs.z)) : Vec3(Vec3::Zero());
       force = shortened(options_.step * (force - force.dot(n) * n), kMaxForce * spacing_[i]);
       Vec3 velocity(vx_[i], vy_[i], vz_[i]);
-      velocity = options_.momentum * velocity + force;
+      velocity = (bent_[i] ? std::min(kBentMomentum, options_.momentum) : options_.momentum) * velocity + force;
       velocity = shortened(velocity - velocity.dot(n) * n, kMaxMove * spacing_[i]);
       const Vec3 home = shortened(newton_step(box_, p, f, g), kMaxMove * spacing_[i]);
       const Vec3 q = (p + velocity + home).cwiseMax(box_.min).cwiseMin(box_.max);
@@ -117,25 +127,49 @@ class Relaxation {
     return moved;
   }
 
+  /// The same sum where the surface turns much within the reach: chords would point into the body there, so neighbours push
+  /// along the start of the geodesic and by its length, as SurfaceCell unrolls them.
+  relax_kernel::PairForce bent_force(std::size_t i, const Vec3& n) const {
+    relax_kernel::PairForce sum{0, 0, 0, 0};
+    for (const std::uint32_t j : neighbours_.of(i)) {
+      const Vec3 d = now_.position(j) - now_.position(i), m = now_.normal(j);
+      Vec3 away = d.dot(n) / 3 * (m - n) - d;
+      away -= away.dot(n) * n;
+      const double inverse = 2 / (options_.reach * (spacing_[i] + spacing_[j])), flat = away.norm();
+      const double x = 1 - d.norm() * arc_over_chord(d, n, m) * inverse;
+      if (!(x > 0) || !(flat > 0)) continue;
+      const bool smooth = options_.kernel == RelaxOptions::Kernel::Smooth;
+      const double weight = same_sheet(n.x(), n.y(), n.z(), m.x(), m.y(), m.z());
+      const double push = weight * (smooth ? 4 * x * x * x : 2 * x) * inverse / flat;
+      sum.x += push * away.x();
+      sum.y += push * away.y();
+      sum.z += push * away.z();
+      sum.stiffness += weight * (smooth ? 12 * x * x : 2) * inverse * inverse;
+    }
+    return sum;
+  }
+
   const field::Field& surface_;
   const Box& box_;
   SurfacePoints& now_;
   std::span<const double> spacing_;
   const RelaxOptions& options_;
+  std::span<const std::uint8_t> movable_;
   relax_kernel::PairKernel kernel_;
   SurfacePoints next_;
   std::vector<double> vx_, vy_, vz_;
   std::vector<double> anchor_x_, anchor_y_, anchor_z_;
   Neighbours neighbours_;
+  std::vector<std::uint8_t> bent_;  // some neighbour's normal differs much
   double moved_ = 1e300;
 };
 
 }  // namespace
 
 void relax(const field::Field& surface, const Box& box, SurfacePoints& points, std::span<const double> spacing,
-           const RelaxOptions& options, const RunControl& run) {
+           const RelaxOptions& options, const RunControl& run, std::span<const std::uint8_t> movable) {
   if (points.empty()) return;
-  Relaxation(surface, box, points, spacing, options).run(run);
+  Relaxation(surface, box, points, spacing, options, movable).run(run);
 }
 
 }  // namespace meniscus::sample

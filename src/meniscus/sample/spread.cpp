@@ -1,6 +1,7 @@
 #include <meniscus/base/error.h>
 #include <meniscus/sample/closing.h>
 #include <meniscus/sample/front.h>
+#include <meniscus/sample/mend.h>
 #include <meniscus/sample/projection.h>
 #include <meniscus/sample/relax.h>
 #include <meniscus/sample/seeds.h>
@@ -16,12 +17,13 @@ namespace {
 constexpr double kOnSurface = 1e-12;    // of the box diameter; three digits better than promised
 constexpr double kSeedCells = 64;       // along the longest side of the box
 constexpr double kFrontDensity = 0.97;  // a grown front holds about this share of the hexagonal count
-constexpr double kContact = 0.88;       // spacings below which the closing stage pushes pairs apart,
-constexpr double kHardContact = 0.915;  // and where there is room for more
 constexpr double kCountRoom = 0.01;
 constexpr int kPilots = 4;
 constexpr int kHealRounds = 3;
-constexpr double kLargestHole = 1.22;  // empty circles above this, in those of the hexagonal lattice, get a point
+constexpr double kVacancy = 1.3;  // empty circles above this, in those of the hexagonal lattice, get a point
+// The closing stage: pairs nearer than this are pushed apart.
+constexpr RelaxOptions kContact{
+    .kernel = RelaxOptions::Kernel::Contact, .reach = 0.92, .steps = 25, .momentum = 0, .step = 0.3};
 
 void check(const Box& box, const SpreadOptions& options) {
   if (box.empty() || !box.finite()) throw InvalidInput("sampling needs a finite box that is not empty");
@@ -34,10 +36,6 @@ void check(const Box& box, const SpreadOptions& options) {
                         std::to_string(options.max_count) + " points");
   if (options.steps < 0) throw InvalidInput("steps must not be negative");
   check(options.density);
-}
-
-RelaxOptions contact(double reach) {
-  return {.kernel = RelaxOptions::Kernel::Contact, .reach = reach, .steps = 40, .momentum = 0, .step = 0.3};
 }
 
 /// The stages of a run over one surface.
@@ -91,7 +89,7 @@ class Spreading {
         options_.count ? *options_.count : std::min(hexagonal_count(population_, box_, run_), options_.max_count);
     fit_spacing(population_, box_, run_);
     using enum RelaxOptions::Kernel;
-    relax_by({.kernel = Smooth, .reach = 2, .steps = options_.fast ? 8 : std::min(20, options_.steps), .momentum = 0.8});
+    relax_by({.kernel = Smooth, .reach = 2, .steps = options_.fast ? 8 : std::min(10, options_.steps), .momentum = 0.8});
     // A wanted spacing leaves the count a little room.
     const double off = std::abs(static_cast<double>(population_.points.size()) / static_cast<double>(count) - 1);
     if (options_.count || (off > kCountRoom && !options_.fast))
@@ -101,32 +99,17 @@ class Spreading {
       return;
     }
     relax_by({.kernel = Smooth, .reach = 2, .steps = options_.steps, .momentum = 0.9});
-    for (int round = 0; round < kHealRounds && options_.steps > 0 && !capped_; ++round) {
-      const std::size_t filled = fill_holes(surface_, box_, kLargestHole, options_.max_count, population_, run_);
-      if (filled == 0) break;
-      relax_by({.kernel = Smooth, .reach = 2, .steps = 15, .momentum = 0.8});
+    if (options_.steps == 0) return;
+    for (int round = 0; round < kHealRounds && !capped_; ++round) {
+      if (fill_holes(surface_, box_, kVacancy, options_.max_count, population_, run_) == 0) break;
+      relax_by({.kernel = Smooth, .reach = 2, .steps = 5, .momentum = 0.8});
       if (options_.count) reach_count(surface_, box_, options_.density, count, 10, population_, run_);
+      relax_by({.kernel = Smooth, .reach = 2, .steps = 10, .momentum = 0.8});
     }
-    if (options_.steps > 0) close();
-  }
-
-  /// Lifts the smallest distances; harder only where that does not tear holes.
-  void close() {
-    relax_by(contact(kContact));
-    const Population before = population_;
-    const double cover = largest_hole();
-    relax_by(contact(kHardContact));
-    if (largest_hole() > std::max(kLargestHole, cover)) population_ = before;
-  }
-
-  /// The largest empty circle in those of the hexagonal lattice.
-  double largest_hole() const {
-    double largest = 0;
-    const SurfacePoints& points = population_.points;
-    for (const CellMeasure& c :
-         measure_cells(points, population_.spacing, cell_neighbours(points, population_.spacing, run_), box_, run_))
-      if (!c.open) largest = std::max(largest, std::sqrt(3.0) * c.farthest / c.local_spacing);
-    return largest;
+    relax_by(kContact);
+    mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count}, population_, run_);
+    if (options_.count && population_.points.size() != count)
+      reach_count(surface_, box_, options_.density, count, 10, population_, run_);
   }
 
   void relax_by(const RelaxOptions& stage) {
@@ -157,7 +140,7 @@ class Spreading {
     // What a quarantined point leaves is made good elsewhere, if a count was asked for.
     for (int round = 0; round < kPilots && options_.count && failed > 0; ++round) {
       reach_count(surface_, box_, options_.density, *options_.count, kPilots, population_, run_);
-      if (!options_.fast) relax_by(contact(kContact));
+      if (!options_.fast) relax_by(kContact);
       failed = drop_failed();
     }
     if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);

@@ -29,13 +29,13 @@ void SurfaceCell::build(const SurfacePoints& points, std::size_t i, std::span<co
   for (const std::uint32_t j : neighbours) {
     if (same_sheet(points, i, j) < 0.5) continue;
     const Vec3 d = points.position(j) - center_;
-    const double chord = d.norm();
-    nearest_ = std::min(nearest_, chord);
+    const double chord = d.norm(), arc = chord * arc_over_chord(d, n, points.normal(j));
+    nearest_ = std::min(nearest_, arc);
     if (!(chord > 0) || chord > 2.9 * limit) continue;
-    // The geodesic's start direction times its length, to third order: d less its fall times the turn of the normal.
+    // The geodesic's start direction, to third order d less its fall times the turn of the normal, and its length.
     const Vec3 unrolled = d - d.dot(n) / 3 * (points.normal(j) - n);
-    const double u = unrolled.dot(axis_u_), v = unrolled.dot(axis_v_), arc = std::sqrt(u * u + v * v);
-    if (arc > 0) candidates_.push_back({arc, u, v, j});
+    const double u = unrolled.dot(axis_u_), v = unrolled.dot(axis_v_), flat = std::sqrt(u * u + v * v);
+    if (flat > 0) candidates_.push_back({arc, u * (arc / flat), v * (arc / flat), j});
   }
   // Nearest first, until none farther can reach the cell. Most cells are done with the nearer half.
   const auto nearer = [](const Candidate& a, const Candidate& b) {
@@ -112,6 +112,11 @@ double SurfaceCell::farthest() const { return std::sqrt(farthest2()); }
 Vec3 SurfaceCell::farthest_corner() const {
   const auto longer = [](const Corner& a, const Corner& b) { return a.u * a.u + a.v * a.v < b.u * b.u + b.v * b.v; };
   const Corner& c = *std::max_element(corner_.begin(), corner_.begin() + count_, longer);
+  return center_ + c.u * axis_u_ + c.v * axis_v_;
+}
+
+Vec3 SurfaceCell::corner(int k) const {
+  const Corner& c = corner_[static_cast<std::size_t>(k)];
   return center_ + c.u * axis_u_ + c.v * axis_v_;
 }
 

@@ -24,7 +24,7 @@ class SurfaceCell {
 
   /// Area of the tangent-plane cell; its error is about 5 % of |Gauss curvature|·area². See integrals.h.
   double area() const;
-  /// Distance to the nearest neighbour on the same sheet; infinite when there is none.
+  /// Distance along the surface to the nearest neighbour on the same sheet; infinite when there is none.
   double nearest() const { return nearest_; }
   /// Some side has no neighbour: the particle has too few, or the surface ends.
   bool open() const;
@@ -32,6 +32,7 @@ class SurfaceCell {
   double farthest() const;
   /// That corner, in the tangent plane.
   Vec3 farthest_corner() const;
+  Vec3 corner(int k) const;
 
   /// Share of a full cell: 1, or 1/2 for a particle on a face of the box (1/4 on an edge), whose cell ends there.
   double share() const { return share_; }

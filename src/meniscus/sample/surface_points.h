@@ -3,6 +3,7 @@
 #include <meniscus/base/vec.h>
 #include <meniscus/field/jets.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -47,6 +48,16 @@ inline double same_sheet(double ax, double ay, double az, double bx, double by, 
 }
 inline double same_sheet(const SurfacePoints& p, std::size_t i, std::size_t j) {
   return same_sheet(p.nx[i], p.ny[i], p.nz[i], p.nx[j], p.ny[j], p.nz[j]);
+}
+
+/// Length of the arc over the chord d = b − a between points with unit normals n and m: asin(s)/s, s = |d·(m − n)| / (2|d|)
+/// the sine of half the turn towards each other (a twist of the normals about d does not count); to 1 % up to 120°. Along a
+/// surface that bends within the spacing, such as the rim of an ear, this times |d| is the distance.
+inline double arc_over_chord(const Vec3& d, const Vec3& n, const Vec3& m) {
+  const double turn = d.dot(m - n), chord2 = d.squaredNorm();
+  if (!(chord2 > 0)) return 1;
+  const double s = std::min(1.0, 0.25 * turn * turn / chord2);
+  return 1 + s * (1.0 / 6 + s * (3.0 / 40 + s * (5.0 / 112 + s * (35.0 / 1152 + s * 63.0 / 2816))));
 }
 
 /// Spacing of the hexagonal lattice with n points on `area`. [THEORY §3]
