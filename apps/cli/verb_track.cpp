@@ -19,6 +19,7 @@ struct TrackVerb {
   int fairing = 0;
   int redistribute = scene::TrackJobOptions{}.redistribution;
   std::optional<double> voxel, checker;
+  bool resume = false;
 
   void run(Session& session) const;
   scene::TrackJobOptions options(const Session& session) const;
@@ -42,12 +43,14 @@ scene::TrackJobOptions TrackVerb::options(const Session& session) const {
   o.redistribution = redistribute;
   o.voxel = voxel;
   o.checker = checker;
+  o.resume = resume;
   o.output = session.output();
   o.write = session.write_options();
   return o;
 }
 
 nlohmann::json to_json(const scene::TrackJobFrame& f) {
+  if (f.finished_before) return {{"frame", f.frame}, {"kept", true}};
   nlohmann::json j{{"frame", f.frame},
                    {"area_log_mean", f.step.area_log_mean},
                    {"area_log_max", f.step.area_log_max},
@@ -86,6 +89,10 @@ void TrackVerb::run(Session& session) const {
   session.timing("read");
   const auto heard = [&](const scene::TrackJobFrame& f) {
     session.report()["frames"].push_back(to_json(f));
+    if (f.finished_before) {
+      session.report()["outputs"].push_back({{"path", f.path}, {"frame", f.frame}});
+      return;
+    }
     nlohmann::json out{{"path", f.path}, {"frame", f.frame}, {"points", f.vertices}, {"bbox", cli::to_json(f.bounds)}};
     if (!job.points) out["triangles"] = f.triangles;
     session.report()["outputs"].push_back(std::move(out));
@@ -121,6 +128,7 @@ void add_track(CLI::App& app, Session& session) {
                    "particles");
   verb->add_option("--checker", state->checker, "paint the first mesh with squares of this size, world units")
       ->check(CLI::PositiveNumber);
+  verb->add_flag("--resume", state->resume, "go on after the last frame that an earlier run of the same settings finished");
   session.add_output(*verb);
   session.add_common(*verb);
   verb->callback([state, &session] { state->run(session); });

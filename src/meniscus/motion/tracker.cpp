@@ -156,23 +156,29 @@ MeshTracker::MeshTracker(mesh::Mesh mesh, const field::Field& field, double time
 
 void MeshTracker::measure_references() {
   neighbours_ = mesh::vertex_neighbours(mesh_);
-  area_ = areas(mesh_);
+  references_.areas = areas(mesh_);
   lost_.assign(mesh_.positions.size(), 0);
-  rest_.clear();
-  rest_.reserve(neighbours_.items.size());
+  references_.lengths.clear();
+  references_.lengths.reserve(neighbours_.items.size());
   for (std::size_t i = 0; i < neighbours_.size(); ++i)
     for (const std::int32_t j : neighbours_[i])
-      rest_.push_back((mesh_.positions[static_cast<std::size_t>(j)] - mesh_.positions[i]).norm());
+      references_.lengths.push_back((mesh_.positions[static_cast<std::size_t>(j)] - mesh_.positions[i]).norm());
+}
+
+void MeshTracker::set_references(References references) {
+  if (references.lengths.size() != references_.lengths.size() || references.areas.size() != references_.areas.size())
+    throw InvalidInput("the references are those of another mesh");
+  references_ = std::move(references);
 }
 
 void MeshTracker::replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_vertices,
                           std::span<const std::int32_t> kept_triangles, const field::Field& field, const RunControl& run) {
   const mesh::IndexLists old_neighbours = std::move(neighbours_);
-  const std::vector<double> old_rest = std::move(rest_);
-  const std::vector<double> old_area = std::move(area_);
+  const References old_references = std::move(references_);
   mesh_ = std::move(mesh);
   measure_references();
-  for (std::size_t f = 0; f < kept_triangles.size(); ++f) area_[f] = old_area[static_cast<std::size_t>(kept_triangles[f])];
+  for (std::size_t f = 0; f < kept_triangles.size(); ++f)
+    references_.areas[f] = old_references.areas[static_cast<std::size_t>(kept_triangles[f])];
   for (std::size_t i = 0; i < kept_vertices.size(); ++i) {
     const auto from = static_cast<std::size_t>(kept_vertices[i]);
     const auto old = old_neighbours[from];
@@ -181,7 +187,8 @@ void MeshTracker::replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_ve
       if (j >= kept_vertices.size()) continue;
       const auto found = std::lower_bound(old.begin(), old.end(), kept_vertices[j]);
       if (found == old.end() || *found != kept_vertices[j]) continue;
-      rest_[neighbours_.begin[i] + k] = old_rest[old_neighbours.begin[from] + static_cast<std::size_t>(found - old.begin())];
+      references_.lengths[neighbours_.begin[i] + k] =
+          old_references.lengths[old_neighbours.begin[from] + static_cast<std::size_t>(found - old.begin())];
     }
   }
   solver_.reset();
@@ -221,7 +228,7 @@ void MeshTracker::spring_round(const field::Field& field, const RunControl& run)
     for (std::size_t k = neighbours_.begin[i]; k < neighbours_.begin[i + 1]; ++k) {
       const Vec3 e = x[static_cast<std::size_t>(neighbours_.items[k])] - x[i];
       const double now = e.norm();
-      if (now > 0) pull += (1 - rest_[k] / now) * e;
+      if (now > 0) pull += (1 - references_.lengths[k] / now) * e;
     }
     pull *= kStiffness / static_cast<double>(neighbours_[i].size());
     const Vec3& n = velocities_.normal[i];
@@ -289,7 +296,8 @@ StepReport MeshTracker::measures() const {
     const auto a = static_cast<std::size_t>(t[0]);
     const auto b = static_cast<std::size_t>(t[1]);
     const auto c = static_cast<std::size_t>(t[2]);
-    const double ratio = std::clamp(area_[f] > 0 ? area[f] / area_[f] : 1, kSmallestRatio, 1 / kSmallestRatio);
+    const double ratio =
+        std::clamp(references_.areas[f] > 0 ? area[f] / references_.areas[f] : 1, kSmallestRatio, 1 / kSmallestRatio);
     sum += std::abs(std::log(ratio));
     report.area_log_max = std::max(report.area_log_max, std::abs(std::log(ratio)));
     const Vec3 facing = (mesh_.positions[b] - mesh_.positions[a]).cross(mesh_.positions[c] - mesh_.positions[a]);

@@ -51,6 +51,12 @@ std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::s
 /// projection. The first `fixed` vertices stay where they are.
 void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run = {}, std::size_t fixed = 0);
 
+/// What distortion is measured against and fairing goes back to: the mesh as it was when tracking began.
+struct References {
+  std::vector<double> lengths;  ///< of the edges at each vertex, vertex by vertex, by rising neighbour
+  std::vector<double> areas;    ///< of triangles
+};
+
 /// Carries the vertices of a mesh along a moving surface. Connectivity and attributes stay; attributes "N" (unit normal) and
 /// "v" (world units per second) are those of the vertices as they are now.
 class MeshTracker {
@@ -67,6 +73,10 @@ class MeshTracker {
   /// rising order: their edges and triangles keep the first mesh's lengths and areas, the others' are measured now.
   void replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_vertices, std::span<const std::int32_t> kept_triangles,
                const field::Field& field, const RunControl& run = {});
+
+  const References& references() const { return references_; }
+  /// Goes on with references of an earlier tracker of the same triangles. Throws InvalidInput for a wrong count.
+  void set_references(References references);
 
   const mesh::Mesh& mesh() const { return mesh_; }
   const Velocities& velocities() const { return velocities_; }
@@ -87,8 +97,7 @@ class MeshTracker {
   TrackerOptions options_;
   double time_;
   mesh::IndexLists neighbours_;
-  std::vector<double> rest_;  // lengths, parallel to neighbours_.items
-  std::vector<double> area_;  // of the first mesh's triangles
+  References references_;  // lengths are parallel to neighbours_.items
   std::optional<IsometricSolver> solver_;
   Velocities velocities_;
   std::vector<std::uint8_t> lost_;

@@ -1,7 +1,10 @@
 #include <meniscus/base/error.h>
+#include <meniscus/io/manifest.h>
 #include <meniscus/scene/build_field.h>
 #include <meniscus/scene/file_field.h>
 #include <meniscus/scene/surface_source.h>
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -80,6 +83,18 @@ std::string_view SurfaceSource::kind_name() const {
 
 double SurfaceSource::frames_per_second() const {
   return options_.fps.value_or(document_ ? document_->frames_per_second() : 24);
+}
+
+std::string SurfaceSource::settings() const {
+  const auto number = [](const std::optional<double>& v) { return v ? nlohmann::json(*v) : nlohmann::json(); };
+  nlohmann::json j{{"radius", number(options_.radius)},
+                   {"voxel", number(options_.voxel)},
+                   {"fps", frames_per_second()},
+                   {"missing", static_cast<int>(options_.missing)},
+                   {"set", options_.set}};
+  for (const std::string& path : inputs_) j["inputs"].push_back(std::filesystem::path(path).filename().string());
+  if (inputs_.size() == 1) j["content"] = io::fingerprint_of_file(inputs_[0]);
+  return j.dump();
 }
 
 std::vector<long> SurfaceSource::all_frames() const {

@@ -51,6 +51,8 @@ class SurfaceSource {
   std::vector<long> all_frames() const;
   /// The surface at a frame (or the only one).
   Surface open(std::optional<long> frame, const RunControl& run = {}) const;
+  /// Text that tells sources of other surfaces apart: names of the inputs (of a single file the content too) and options.
+  std::string settings() const;
   /// The scene, if the input is one.
   const Document* document() const { return document_ ? &*document_ : nullptr; }
 

@@ -1,14 +1,20 @@
 #include <meniscus/base/error.h>
 #include <meniscus/io/frames.h>
+#include <meniscus/io/manifest.h>
+#include <meniscus/io/usd.h>
 #include <meniscus/mesh/components.h>
 #include <meniscus/polygonize/mend.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/scene/inherit.h>
 #include <meniscus/scene/point_population.h>
 #include <meniscus/scene/track_job.h>
+#include <meniscus/scene/track_state.h>
+
+#include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 
 namespace meniscus::scene {
@@ -70,7 +76,10 @@ class TrackJob {
   TrackJobFrame start(long frame, const RunControl& run);
   TrackJobFrame advance(long frame, const RunControl& run);
   void fill(TrackJobFrame& frame) const;
-  void write(const TrackJobFrame& frame) const;
+  void write(const TrackJobFrame& frame, const io::WriteOptions& options) const;
+  TrackState state() const;
+  /// Goes on after `frame`.
+  void resume(long frame, TrackState state, const RunControl& run);
 
  private:
   double time_of(long frame) const { return static_cast<double>(frame) / source_.frames_per_second(); }
@@ -92,7 +101,7 @@ class TrackJob {
   Surface surface_;
   double voxel_ = 0;
   std::int64_t next_id_ = 0;
-  long steps_ = 0;
+  std::int64_t steps_ = 0;
   std::optional<motion::MeshTracker> mesh_;
   std::optional<motion::PointTracker> points_;
 };
@@ -249,12 +258,113 @@ TrackJobFrame TrackJob::advance_points(long frame, const RunControl& run) {
   return out;
 }
 
-void TrackJob::write(const TrackJobFrame& frame) const {
+void TrackJob::write(const TrackJobFrame& frame, const io::WriteOptions& options) const {
   if (points_)
-    io::write_cloud(frame.path, points_->cloud(), options_.write);
+    io::write_cloud(frame.path, points_->cloud(), options);
   else
-    io::write_mesh(frame.path, mesh_->mesh(), options_.write);
+    io::write_mesh(frame.path, mesh_->mesh(), options);
 }
+
+TrackState TrackJob::state() const {
+  if (points_) return {{points_->cloud().positions, {}, points_->cloud().attributes}, {}, next_id_, steps_};
+  return {mesh_->mesh(), mesh_->references(), next_id_, steps_};
+}
+
+void TrackJob::resume(long frame, TrackState state, const RunControl& run) {
+  surface_ = source_.open(frame, run);
+  voxel_ = options_.voxel.value_or(surface_.voxel);
+  next_id_ = state.next_id;
+  steps_ = state.steps;
+  if (options_.points) {
+    points::Cloud cloud{std::move(state.mesh.positions), std::move(state.mesh.attributes)};
+    points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_ > 0 ? voxel_ : 1, options_.tracker, run);
+    return;
+  }
+  mesh_.emplace(std::move(state.mesh), *surface_.field, time_of(frame), options_.tracker, run);
+  mesh_->set_references(std::move(state.references));
+}
+
+/// Everything that determines the frames, as text: what a manifest compares.
+std::string settings_text(const SurfaceSource& source, const TrackJobOptions& o, const std::vector<long>& frames) {
+  const auto number = [](const std::optional<double>& v) { return v ? nlohmann::json(*v) : nlohmann::json(); };
+  const nlohmann::json j{{"source", source.settings()},
+                         {"velocity", static_cast<int>(o.tracker.velocity.kind)},
+                         {"integrator", static_cast<int>(o.tracker.integrator)},
+                         {"fairing", o.tracker.fairing},
+                         {"points", o.points},
+                         {"voxel", number(o.voxel)},
+                         {"first_fairing", o.first_fairing},
+                         {"redistribution", o.redistribution},
+                         {"checker", number(o.checker)},
+                         {"output", std::filesystem::path(o.output).filename().string()},
+                         {"first", frames.front()}};
+  return j.dump();
+}
+
+/// What is on disk: the manifest, the state of the last frame, and in the end the collection. Nothing but the frame for a
+/// single one without a pattern.
+class Progress {
+ public:
+  Progress(const SurfaceSource& source, const TrackJobOptions& options, const std::vector<long>& frames)
+      : frames_(frames),
+        output_(options.output),
+        fps_(source.frames_per_second()),
+        sequence_(io::FramePattern::parse(options.output).has_value()),
+        manifest_(io::manifest_path(options.output), settings_text(source, options, frames)),
+        write_(options.write) {
+    write_.comments.clear();  // the command line differs between a run and its --resume; the frames must not
+    if (!options.resume || !sequence_) return;
+    write_.overwrite = true;
+    if (manifest_.resume() == 0) return;
+    while (finished_ < frames.size() && manifest_.has(frames[finished_])) ++finished_;
+    while (finished_ > 0 && !std::filesystem::exists(state_path(frames[finished_ - 1]))) --finished_;
+  }
+
+  std::size_t finished() const { return finished_; }
+  const io::WriteOptions& write_options() const { return write_; }
+  std::string state_path(long frame) const { return stem() + ".state." + std::to_string(frame) + ".cbor"; }
+
+  void add(std::size_t i, const std::string& path, const TrackState& state) {
+    if (!sequence_) return;
+    save_track_state(state_path(frames_[i]), state, replacing());
+    manifest_.add(frames_[i], path, write_);
+    std::error_code ignored;
+    if (i > 0) std::filesystem::remove(state_path(frames_[i - 1]), ignored);
+  }
+
+  void tie(const std::vector<std::string>& paths) const {
+    const std::string format = io::format_of_path(output_);
+    if (!sequence_ || (format != "vtp" && format != "usda")) return;
+    std::vector<io::SequenceFile> list;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      const auto frame = static_cast<double>(frames_[i]);
+      list.push_back({format == "usda" ? frame : frame / fps_, std::filesystem::path(paths[i]).filename().string()});
+    }
+    if (format == "vtp")
+      io::write_pvd(stem() + ".pvd", list, replacing());
+    else
+      io::write_usd_sequence(stem() + ".usda", list, replacing());
+  }
+
+ private:
+  std::string stem() const {
+    const std::string manifest = io::manifest_path(output_);
+    return manifest.substr(0, manifest.rfind(".manifest.json"));
+  }
+  io::WriteOptions replacing() const {
+    io::WriteOptions options = write_;
+    options.overwrite = true;
+    return options;
+  }
+
+  const std::vector<long>& frames_;
+  std::string output_;
+  double fps_;
+  bool sequence_;
+  io::Manifest manifest_;
+  io::WriteOptions write_;
+  std::size_t finished_ = 0;
+};
 
 }  // namespace
 
@@ -271,8 +381,19 @@ std::vector<TrackJobFrame> run_track_job(const SurfaceSource& source, const Trac
   const std::vector<std::string> names = output_names(options.output, frames);
 
   TrackJob job(source, options);
+  Progress progress(source, options, frames);
   std::vector<TrackJobFrame> report;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  const std::size_t first = progress.finished();
+  for (std::size_t i = 0; i < first; ++i) {
+    TrackJobFrame kept;
+    kept.frame = frames[i];
+    kept.path = names[i];
+    kept.finished_before = true;
+    report.push_back(kept);
+    if (on_frame) on_frame(kept);
+  }
+  if (first > 0) job.resume(frames[first - 1], load_track_state(progress.state_path(frames[first - 1])), run);
+  for (std::size_t i = first; i < frames.size(); ++i) {
     const double count = static_cast<double>(frames.size());
     const RunControl part = run.part(static_cast<double>(i) / count, static_cast<double>(i + 1) / count);
     part.check();
@@ -282,12 +403,14 @@ std::vector<TrackJobFrame> run_track_job(const SurfaceSource& source, const Trac
     out.frame = frames[i];
     out.path = names[i];
     job.fill(out);
-    job.write(out);
+    job.write(out, progress.write_options());
+    progress.add(i, names[i], job.state());
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     part.progress(1, "frame " + std::to_string(frames[i]));
     report.push_back(out);
     if (on_frame) on_frame(report.back());
   }
+  progress.tie(names);
   return report;
 }
 
