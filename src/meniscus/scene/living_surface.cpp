@@ -2,10 +2,10 @@
 #include <meniscus/io/atomic_file.h>
 #include <meniscus/io/frames.h>
 #include <meniscus/io/manifest.h>
-#include <meniscus/io/usd.h>
 #include <meniscus/io/vdb.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/scene/living_surface.h>
+#include <meniscus/scene/tie_frames.h>
 
 #include <chrono>
 #include <filesystem>
@@ -20,11 +20,6 @@ io::FramePattern pattern_of(const std::string& path) {
   const auto pattern = io::FramePattern::parse(path);
   if (!pattern) throw InvalidInput("'" + path + "' has no place for the frame number: write, say, skin.####.ply");
   return *pattern;
-}
-
-std::string stem_of(const SequenceOutput& output) {
-  const std::string manifest = io::manifest_path(output.meshes);
-  return manifest.substr(0, manifest.rfind(".manifest.json"));
 }
 
 /// The surface's state beside the frames: what a resumed run starts from.
@@ -55,21 +50,6 @@ class SavedState {
   std::string name(long frame, const char* extension) const { return stem_ + ".state." + std::to_string(frame) + extension; }
   std::string stem_;
 };
-
-void tie_frames(const SequenceOutput& output, const std::vector<long>& frames, io::WriteOptions write) {
-  const std::string format = io::format_of_path(output.meshes);
-  if (format != "vtp" && format != "usda") return;
-  const io::FramePattern pattern = pattern_of(output.meshes);
-  std::vector<io::SequenceFile> list;
-  for (const long f : frames)
-    list.push_back({format == "usda" ? static_cast<double>(f) : static_cast<double>(f) / output.fps,
-                    fs::path(pattern.path(f)).filename().string()});
-  write.overwrite = true;
-  if (format == "vtp")
-    io::write_pvd(stem_of(output) + ".pvd", list, write);
-  else
-    io::write_usd_sequence(stem_of(output) + ".usda", list, write);
-}
 
 void write_grid(const std::string& path, const LivingSurface& surface, bool velocities, const io::WriteOptions& write,
                 const RunControl& run) {
@@ -120,7 +100,7 @@ void write_sequence(LivingSurface& surface, const std::vector<long>& frames, con
   replace.overwrite = true;
 
   io::Manifest manifest(io::manifest_path(output.meshes), settings);
-  const SavedState saved(stem_of(output));
+  const SavedState saved(sequence_stem(output.meshes));
   std::size_t first = 0;
   if (output.resume && manifest.resume() > 0) {
     while (first < frames.size() && manifest.has(frames[first])) ++first;
@@ -150,7 +130,7 @@ void write_sequence(LivingSurface& surface, const std::vector<long>& frames, con
     part.progress(1, "frame " + std::to_string(frames[i]));
     if (on_frame) on_frame(out);
   }
-  tie_frames(output, frames, write);
+  tie_frames(output.meshes, frames, output.fps, write);
 }
 
 }  // namespace meniscus::scene

@@ -1,12 +1,12 @@
 #include <meniscus/base/error.h>
 #include <meniscus/io/frames.h>
 #include <meniscus/io/manifest.h>
-#include <meniscus/io/usd.h>
 #include <meniscus/mesh/components.h>
 #include <meniscus/polygonize/mend.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/scene/inherit.h>
 #include <meniscus/scene/point_population.h>
+#include <meniscus/scene/tie_frames.h>
 #include <meniscus/scene/track_job.h>
 #include <meniscus/scene/track_state.h>
 
@@ -322,7 +322,7 @@ class Progress {
 
   std::size_t finished() const { return finished_; }
   const io::WriteOptions& write_options() const { return write_; }
-  std::string state_path(long frame) const { return stem() + ".state." + std::to_string(frame) + ".cbor"; }
+  std::string state_path(long frame) const { return sequence_stem(output_) + ".state." + std::to_string(frame) + ".cbor"; }
 
   void add(std::size_t i, const std::string& path, const TrackState& state) {
     if (!sequence_) return;
@@ -332,25 +332,11 @@ class Progress {
     if (i > 0) std::filesystem::remove(state_path(frames_[i - 1]), ignored);
   }
 
-  void tie(const std::vector<std::string>& paths) const {
-    const std::string format = io::format_of_path(output_);
-    if (!sequence_ || (format != "vtp" && format != "usda")) return;
-    std::vector<io::SequenceFile> list;
-    for (std::size_t i = 0; i < paths.size(); ++i) {
-      const auto frame = static_cast<double>(frames_[i]);
-      list.push_back({format == "usda" ? frame : frame / fps_, std::filesystem::path(paths[i]).filename().string()});
-    }
-    if (format == "vtp")
-      io::write_pvd(stem() + ".pvd", list, replacing());
-    else
-      io::write_usd_sequence(stem() + ".usda", list, replacing());
+  void tie() const {
+    if (sequence_) tie_frames(output_, frames_, fps_, write_);
   }
 
  private:
-  std::string stem() const {
-    const std::string manifest = io::manifest_path(output_);
-    return manifest.substr(0, manifest.rfind(".manifest.json"));
-  }
   io::WriteOptions replacing() const {
     io::WriteOptions options = write_;
     options.overwrite = true;
@@ -410,7 +396,7 @@ std::vector<TrackJobFrame> run_track_job(const SurfaceSource& source, const Trac
     report.push_back(out);
     if (on_frame) on_frame(report.back());
   }
-  progress.tie(names);
+  progress.tie();
   return report;
 }
 
