@@ -1,31 +1,19 @@
 #include "cli.h"
 
-#include <meniscus/control/drag.h>
 #include <meniscus/io/atomic_file.h>
-#include <meniscus/io/file_bytes.h>
-#include <meniscus/scene/build_field.h>
-#include <meniscus/scene/history.h>
+#include <meniscus/polygonize/polygonize.h>
+#include <meniscus/scene/edit_session.h>
+#include <meniscus/scene/strokes.h>
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 
 namespace meniscus::cli {
 namespace {
 
-constexpr std::uint64_t kMaxScriptBytes = std::uint64_t{1} << 28;
-
-/// Drags that happen together, the points that hold meanwhile: one command of the document.
-struct Stroke {
-  struct Drag {
-    std::vector<Vec3> path;  // from the surface point through all places it goes
-    bool sideways = false;
-  };
-  std::string label;
-  std::vector<Drag> drags;
-  std::vector<Vec3> pins;
-  std::vector<std::string> freeze;
-};
+using scene::Stroke;
 
 struct EditVerb {
   std::string scene;
@@ -33,89 +21,101 @@ struct EditVerb {
   std::string script;
   bool sideways = false;
   std::optional<double> time;
+  std::string frames, points;
+  std::size_t count = 2000;
+  double fps = 24;
+  std::optional<double> voxel;
 
   std::vector<Stroke> strokes() const;
   void run(Session& session) const;
 };
 
-std::vector<Vec3> parse_path(const std::string& text) {
-  std::vector<Vec3> path;
+scene::Drag parse_drag(const std::string& text, bool sideways) {
+  scene::Drag drag;
   std::size_t begin = 0;
   while (true) {
     const std::size_t arrow = text.find("->", begin);
-    path.push_back(parse_vector(text.substr(begin, arrow == std::string::npos ? arrow : arrow - begin), "--drag"));
+    drag.path.push_back(parse_vector(text.substr(begin, arrow == std::string::npos ? arrow : arrow - begin), "--drag"));
     if (arrow == std::string::npos) break;
     begin = arrow + 2;
   }
-  if (path.size() < 2) throw UsageError("--drag takes \"x,y,z -> x,y,z\", not '" + text + "'");
-  return path;
-}
-
-std::vector<Vec3> read_points(const scene::JsonPlace& list, std::size_t least) {
-  list.require_array(least);
-  std::vector<Vec3> points;
-  for (std::size_t i = 0; i < list.size(); ++i) points.push_back(list.at(i).vector());
-  return points;
-}
-
-Stroke read_stroke(const scene::JsonPlace& place) {
-  place.require_object();
-  place.allow_keys({"label", "drags", "pins", "freeze"});
-  Stroke stroke;
-  stroke.label = place.has("label") ? place.at("label").text() : "drag";
-  const scene::JsonPlace drags = place.at("drags");
-  drags.require_array(1);
-  for (std::size_t i = 0; i < drags.size(); ++i) {
-    const scene::JsonPlace drag = drags.at(i);
-    drag.require_object();
-    drag.allow_keys({"path", "sideways"});
-    bool sideways = false;
-    if (drag.has("sideways")) {
-      if (!drag.at("sideways").json().is_boolean()) drag.at("sideways").fail("true or false is expected");
-      sideways = drag.at("sideways").json().get<bool>();
-    }
-    stroke.drags.push_back({read_points(drag.at("path"), 2), sideways});
-  }
-  if (place.has("pins")) stroke.pins = read_points(place.at("pins"), 0);
-  if (place.has("freeze")) {
-    place.at("freeze").require_array();
-    for (std::size_t i = 0; i < place.at("freeze").size(); ++i) stroke.freeze.push_back(place.at("freeze").at(i).text());
-  }
-  return stroke;
-}
-
-std::vector<Stroke> read_script(const std::string& path) {
-  nlohmann::json json;
-  try {
-    json = nlohmann::json::parse(io::load_file(path, kMaxScriptBytes), nullptr, true, true);
-  } catch (const nlohmann::json::parse_error& e) {
-    throw IoError(path, "this is not JSON: " + std::string(e.what()));
-  }
-  const scene::JsonPlace root(json, "", path);
-  root.require_object();
-  root.allow_keys({"strokes"});
-  const scene::JsonPlace list = root.at("strokes");
-  list.require_array(1);
-  std::vector<Stroke> strokes;
-  for (std::size_t i = 0; i < list.size(); ++i) strokes.push_back(read_stroke(list.at(i)));
-  return strokes;
+  if (drag.path.size() < 2) throw UsageError("--drag takes \"x,y,z -> x,y,z\", not '" + text + "'");
+  drag.times = scene::even_times(drag.path.size(), 1);
+  drag.sideways = sideways;
+  return drag;
 }
 
 std::vector<Stroke> EditVerb::strokes() const {
   if (script.empty() == drags.empty()) throw UsageError("give drags (--drag) or a script of strokes (--script)");
   if (!script.empty()) {
     if (!pins.empty() || sideways) throw UsageError("pins and sideways drags stand in the script itself");
-    std::vector<Stroke> strokes = read_script(script);
+    std::vector<Stroke> strokes = scene::read_strokes(script);
     for (Stroke& s : strokes) s.freeze.insert(s.freeze.end(), freeze.begin(), freeze.end());
     return strokes;
   }
   Stroke stroke;
-  stroke.label = "drag";
   stroke.freeze = freeze;
-  for (const std::string& d : drags) stroke.drags.push_back({parse_path(d), sideways});
+  for (const std::string& d : drags) stroke.drags.push_back(parse_drag(d, sideways));
   for (const std::string& p : pins) stroke.pins.push_back(parse_vector(p, "--pin"));
   return {stroke};
 }
+
+/// Writes the surface as it moves: scenes or meshes, and the floaters that follow it.
+class Film {
+ public:
+  Film(const EditVerb& verb, scene::EditSession& edit, Session& session) : verb_(verb), edit_(edit), session_(session) {
+    for (const std::string* path : {&verb.frames, &verb.points}) moving_ = moving_ || io::FramePattern::parse(*path);
+    if (!verb.frames.empty() && !io::FramePattern::parse(verb.frames))
+      throw UsageError("--frames needs a place for the number: motion.####.ply, or .json for scenes");
+    const double size = control::tight_bounds(edit.surface()).diameter();
+    voxel_ = verb.voxel.value_or(std::isfinite(size) && size > 0 ? size / 128 : 1);
+    if (!verb.points.empty()) edit.show_floaters(verb.count);
+  }
+
+  /// Whether strokes are walked through frame by frame.
+  bool moving() const { return moving_; }
+
+  /// Writes the next frame. `last` also writes what is written once.
+  void frame(bool last, const RunControl& run) {
+    ++number_;
+    if (!verb_.frames.empty()) write_surface(path(verb_.frames), run);
+    if (verb_.points.empty() || (!last && !io::FramePattern::parse(verb_.points))) return;
+    const points::Cloud cloud = edit_.floaters() != nullptr ? edit_.floaters()->cloud(edit_.surface()) : points::Cloud();
+    if (cloud.empty()) session_.warn("empty", "no surface was found", path(verb_.points));
+    io::write_cloud(path(verb_.points), cloud, session_.write_options());
+    session_.add_output_file(path(verb_.points), cloud, number());
+  }
+
+ private:
+  std::string path(const std::string& name) const {
+    const auto pattern = io::FramePattern::parse(name);
+    return pattern ? pattern->path(number_) : name;
+  }
+  std::optional<long> number() const { return moving_ ? std::optional(number_) : std::nullopt; }
+
+  void write_surface(const std::string& to, const RunControl& run) {
+    if (to.ends_with(".json")) {
+      scene::Document now = edit_.document();
+      write_parameters(now, parameter_changes(now, edit_.surface().parameters()));
+      io::write_file(to, now.json().dump(2) + "\n", session_.write_options());
+      session_.add_output_file(to);
+      return;
+    }
+    polygonize::PolygonizeOptions options;
+    options.voxel = voxel_;
+    const mesh::Mesh mesh = polygonize::polygonize(edit_.surface(), options, run).mesh;
+    if (mesh.triangles.empty()) session_.warn("empty", "the surface is empty at this voxel size", to);
+    io::write_mesh(to, mesh, session_.write_options());
+    session_.add_output_file(to, mesh, number());
+  }
+
+  const EditVerb& verb_;
+  scene::EditSession& edit_;
+  Session& session_;
+  bool moving_ = false;
+  double voxel_ = 0;
+  long number_ = 0;
+};
 
 std::string place(const Vec3& p) { return fmt::format("{:.6g},{:.6g},{:.6g}", p.x(), p.y(), p.z()); }
 
@@ -139,28 +139,37 @@ nlohmann::json block(const control::StepReport& r, const control::ControlSession
           {"outcome", control::name(r.outcome)}};
 }
 
-/// Does what the stroke says to the field. Throws if nothing can follow.
-void make(const Stroke& stroke, field::Field& surface, Session& session, const RunControl& run) {
+/// The times at which a stroke is looked at: its frames, or where its drags change direction.
+std::vector<double> stops(const Stroke& stroke, std::optional<double> fps) {
+  if (!fps) return stroke.knots();
+  std::vector<double> times;
+  const auto frames = static_cast<long>(std::ceil(stroke.seconds() * *fps - 1e-9));
+  for (long k = 1; k <= frames; ++k) times.push_back(std::min(static_cast<double>(k) / *fps, stroke.seconds()));
+  return times;
+}
+
+/// Does what the stroke says to the surface. Throws if nothing can follow.
+void make(const Stroke& stroke, const EditVerb& verb, scene::EditSession& edit, Film& film, bool last, Session& session,
+          const RunControl& run) {
   control::DragOptions options;
   options.freeze = stroke.freeze;
-  control::ControlSession controls(surface, options);
-  std::size_t longest = 0;
-  for (const Stroke::Drag& d : stroke.drags) {
-    add_control(controls, d.path[0], d.sideways, session);
-    longest = std::max(longest, d.path.size());
-  }
+  control::ControlSession& controls = edit.begin_stroke(options);
+  for (const scene::Drag& d : stroke.drags) add_control(controls, d.path[0], d.sideways, session);
   for (const Vec3& p : stroke.pins) add_control(controls, p, false, session);
 
   control::StepReport report;
-  for (std::size_t leg = 1; leg < longest; ++leg) {
-    for (std::size_t i = 0; i < stroke.drags.size(); ++i)
-      controls.aim(i, stroke.drags[i].path[std::min(leg, stroke.drags[i].path.size() - 1)]);
+  const std::vector<double> times = stops(stroke, film.moving() ? std::optional(verb.fps) : std::nullopt);
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    for (std::size_t i = 0; i < stroke.drags.size(); ++i) controls.aim(i, stroke.drags[i].at(times[k]));
     run.check();
-    report = controls.run();
+    report = edit.run(1 / verb.fps).control;
     session.report()["control"] = block(report, controls);
     using Outcome = control::StepReport::Outcome;
     if (report.outcome == Outcome::Unchanged) throw Error("no parameter of the surface is in reach of the controls");
-    if (report.outcome == Outcome::Arrived) continue;
+    const bool stopped = report.outcome != Outcome::Arrived;
+    if (film.moving() || (last && (stopped || k + 1 == times.size())))
+      film.frame(last && (stopped || k + 1 == times.size()), run);
+    if (!stopped) continue;
     session.warn("stopped", fmt::format("the drag stopped {:.3g} short of its target: no shape near by holds all controls",
                                         report.away));
     break;
@@ -171,30 +180,34 @@ void make(const Stroke& stroke, field::Field& surface, Session& session, const R
   for (const std::size_t i : report.slipped)
     session.warn("slipped",
                  "the surface's material could not follow the control at " + place(controls.controls()[i].position));
+  edit.end_stroke(stroke.label);
 }
 
 void EditVerb::run(Session& session) const {
+  if (!(fps > 0)) throw UsageError("--fps must be above zero");
+  if (voxel && !(*voxel > 0)) throw UsageError("--voxel must be above zero");
+  if (count == 0) throw UsageError("--count must be at least 1");
   const std::vector<Stroke> list = strokes();
   const RunControl run = session.run();
   session.add_input(scene);
-  scene::Document document = scene::Document::load(scene);
-  const auto surface = scene::build_field(document, run.part(0, 0.1));
-  if (time) surface->set_time(*time);
+  if (!script.empty()) session.add_input(script);
+  const scene::Document original = scene::Document::load(scene);
+  scene::EditSession edit(original, run.part(0, 0.1));
+  if (time) edit.surface().set_time(*time);
   session.timing("read");
 
-  const scene::Document original = document;
-  scene::History history;
+  Film film(*this, edit, session);
+  if (film.moving()) film.frame(false, run);
   for (std::size_t i = 0; i < list.size(); ++i) {
-    make(list[i], *surface, session, run);
-    history.apply(document, {list[i].label, scene::parameter_changes(document, surface->parameters())});
+    make(list[i], *this, edit, film, i + 1 == list.size(), session, run);
     run.progress(0.1 + 0.9 * static_cast<double>(i + 1) / static_cast<double>(list.size()), "edit");
   }
   session.timing("edit");
 
-  const auto changes = scene::parameter_changes(original, surface->parameters());
+  const auto changes = scene::parameter_changes(original, edit.surface().parameters());
   nlohmann::json& values = session.report()["values"] = nlohmann::json::object();
   for (const auto& c : changes) values[c.name] = c.after;
-  io::write_file(session.output(), document.json().dump(2) + "\n", session.write_options());
+  io::write_file(session.output(), edit.document().json().dump(2) + "\n", session.write_options());
   session.add_output_file(session.output());
   session.timing("write");
   session.say(fmt::format("{}: {} changed by {}", session.output(),
@@ -216,9 +229,18 @@ void add_edit(CLI::App& app, Session& session) {
   verb->add_option("--pin", state->pins, "\"x,y,z\": a surface point that stays");
   verb->add_option("--freeze", state->freeze, "a parameter that stays, or all below a name: items[2], items[0].radius");
   verb->add_flag("--sideways", state->sideways, "drags take along the part they hold, not only the surface");
-  verb->add_option("--script", state->script,
-                   "strokes in JSON: {\"strokes\": [{\"drags\": [{\"path\": [[x,y,z], …], \"sideways\": false}], "
-                   "\"pins\": [[x,y,z], …], \"freeze\": [name, …]}, …]}");
+  verb->add_option(
+      "--script", state->script,
+      "strokes in JSON: {\"strokes\": [{\"seconds\": 1, \"drags\": [{\"path\": [[x,y,z], …], \"times\": [0, …], "
+      "\"sideways\": false}], \"pins\": [[x,y,z], …], \"freeze\": [name, …]}, …]}");
+  verb->add_option("--frames", state->frames,
+                   "also write the motion: meshes (motion.####.ply) or scenes (motion.####.json); frame 1 is the start");
+  verb->add_option("--fps", state->fps, "frames per second of the motion; default 24, a stroke lasts 1 s unless it says so");
+  verb->add_option("--voxel", state->voxel,
+                   "cell size of those meshes, world units; default: a 128th of the surface's diameter");
+  verb->add_option("--points", state->points,
+                   "also write floaters that follow the surface: every frame (pts.####.ply), or at the end (pts.ply)");
+  verb->add_option("--count", state->count, "how many floaters to begin with; default 2000");
   verb->add_option("--time", state->time, "moment of a moving scene at which it is edited, seconds; default 0");
   session.add_output(*verb);
   session.add_common(*verb);

@@ -62,6 +62,39 @@ TEST(Edit, ScriptsOfStrokesThereAndBackEndWhereTheyBegan) {
   EXPECT_NEAR(json_of(out)["params"]["r"]["value"].get<double>(), 1.5, 1e-9);
 }
 
+TEST(Edit, TheMotionIsWrittenFrameByFrame) {
+  const Scratch s;
+  const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json", plain = s / "plain.json";
+  std::ofstream(s / "strokes.json") << R"({"strokes":[
+    {"seconds":0.5,"drags":[{"path":[[5,0.5,0],[5,0.5,0.4]],"sideways":true}]},
+    {"drags":[{"path":[[0,1,0],[0,1.4,0],[0,1.2,0]],"times":[0,0.25,0.5]}]}]})";
+  const std::string edit = "edit " + scene + " --script " + (s / "strokes.json");
+  const auto r = meniscus_program(edit + " --fps 8 --frames " + (s / "m.####.json") + " --points " + (s / "p.####.ply") +
+                                  " --count 300 --json -o " + out);
+  ASSERT_EQ(r.code, 0) << r.err;
+  ASSERT_EQ(meniscus_program(edit + " -o " + plain).code, 0);
+  EXPECT_EQ(nlohmann::json::parse(r.out)["outputs"].size(), 2 * 9u + 1);
+  // Each frame's scene is where the drag is then; the last is the result, and that of the strokes made at once.
+  const auto frame = [&](int k) { return json_of(s / ("m.000" + std::to_string(k) + ".json")); };
+  EXPECT_EQ(frame(1), json_of(scene));
+  for (int k = 1; k <= 4; ++k) EXPECT_NEAR(frame(1 + k)["surface"]["inputs"][1]["center"][2].get<double>(), 0.1 * k, 1e-9);
+  EXPECT_NEAR(frame(6)["params"]["r"]["value"].get<double>(), 1.2, 1e-9);
+  EXPECT_NEAR(frame(7)["params"]["r"]["value"].get<double>(), 1.4, 1e-9);
+  EXPECT_EQ(frame(9), json_of(out));
+  EXPECT_NEAR(frame(9)["params"]["r"]["value"].get<double>(), json_of(plain)["params"]["r"]["value"].get<double>(), 1e-9);
+  const auto points = meniscus_program("info " + (s / "p.0009.ply") + " --json");
+  EXPECT_EQ(points.code, 0);
+  // Meshes, and floaters at the end alone.
+  const auto meshes = meniscus_program(edit + " --fps 4 --voxel 0.2 --frames " + (s / "m.####.ply") + " --points " +
+                                       (s / "p.ply") + " --count 200 -f -o " + out);
+  ASSERT_EQ(meshes.code, 0) << meshes.err;
+  EXPECT_EQ(meniscus_program("check " + (s / "m.####.ply")).code, 0);
+  EXPECT_TRUE(std::ifstream(s / "m.0005.ply").good());
+  EXPECT_FALSE(std::ifstream(s / "m.0006.ply").good());
+  EXPECT_TRUE(std::ifstream(s / "p.ply").good());
+  EXPECT_EQ(meniscus_program(edit + " --frames m.ply -f -o " + out).code, 2);
+}
+
 TEST(Edit, MistakesAreExplainedAndWriteNothing) {
   const Scratch s;
   const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json", to = " -o " + out;

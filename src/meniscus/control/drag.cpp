@@ -206,7 +206,7 @@ System ControlSession::system(const std::vector<Vec3>& positions, const std::vec
 /// The first round corrects F = 0 and goes a share of the way towards the drag's beginning that the rows leave open: the
 /// whole way would overshoot where the surface bends much between there and here. Further rounds correct F = 0 alone, with
 /// the first one's factors while these serve.
-ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positions, std::vector<double> q) {
+ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positions, std::vector<double> q, double part) {
   Attempt a;
   const double most = options_.largest_change * length_, enough = options_.tolerance * length_;
   std::optional<Solver> solver;
@@ -222,6 +222,7 @@ ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positio
       x = a.solution.least;
       if (first) {
         a.descent = descent_.next(q, a.solution, scale_);
+        a.descent.share *= part;
         a.settled = std::max(largest_change(x, scale_), largest_change(a.descent.pull, scale_)) <= enough;
         for (std::size_t k = 0; k < q.size(); ++k) x[k] += a.descent.share * a.descent.pull[k];
       }
@@ -294,7 +295,7 @@ StepReport ControlSession::advance(double dt, const Follow* follow) {
       const double go = far <= 1e-3 * length_ ? part : part * std::min(close, most / far);
       positions[i] = go == 1 ? controls_[i].target : Vec3(controls_[i].position + go * way);
     }
-    attempt = project(positions, before);
+    attempt = project(positions, before, part);
     if (attempt.solution.status == Status::NoParameters || attempt.solution.status == Status::InvalidNumber) break;
   }
   const bool unchanged = attempt.solution.status == Status::NoParameters;
@@ -319,11 +320,11 @@ StepReport ControlSession::advance(double dt, const Follow* follow) {
   }
   using Outcome = StepReport::Outcome;
   const bool there = r.away <= kArrived * length_;
-  r.settled = attempt.settled;
+  r.settled = attempt.settled || (there && !kept);  // a step in place that failed: nothing nearer is found
   r.outcome = controls_.empty() ? Outcome::Arrived
               : unchanged       ? Outcome::Unchanged
-              : !kept           ? Outcome::Failed
               : there           ? Outcome::Arrived
+              : !kept           ? Outcome::Failed
                                 : Outcome::Moving;
   return r;
 }

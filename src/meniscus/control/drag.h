@@ -47,7 +47,7 @@ struct StepReport {
   double condition = 1;
   std::size_t at_bound = 0;  ///< unknowns held by their bounds
   int newton_steps = 0;
-  bool settled = false;  ///< the shape is, among those that hold the controls, the nearest to that of the drag's beginning
+  bool settled = false;  ///< no shape that holds the controls and is nearer to that of the drag's beginning was found
   double away = 0;       ///< largest distance of a control from its target, world units
 };
 const char* name(StepReport::Outcome outcome);
@@ -93,7 +93,8 @@ class ControlSession {
   struct Attempt;
   StepReport advance(double dt, const Follow* follow);
   StepReport advance_all(double dt, const Follow* follow);
-  Attempt project(const std::vector<Vec3>& positions, std::vector<double> q);
+  /// `part` <= 1 of the way back is gone.
+  Attempt project(const std::vector<Vec3>& positions, std::vector<double> q, double part);
   std::vector<double> targets(const std::vector<Vec3>& positions, const std::vector<double>& q,
                               const std::vector<double>& distance) const;
   System system(const std::vector<Vec3>& positions, const std::vector<double>& q) const;
