@@ -15,12 +15,15 @@ namespace {
 
 using scene::Stroke;
 
+constexpr std::size_t kMetricPoints = 2000;
+
 struct EditVerb {
   std::string scene;
   std::vector<std::string> drags, pins, freeze;
   std::string script;
   bool sideways = false;
   std::optional<double> time;
+  std::string metric = "controls";
   std::string frames, points;
   std::size_t count = 2000;
   double fps = 24;
@@ -153,6 +156,7 @@ void make(const Stroke& stroke, const EditVerb& verb, scene::EditSession& edit, 
           const RunControl& run) {
   control::DragOptions options;
   options.freeze = stroke.freeze;
+  if (verb.metric == "surface") options.samples = edit.spread_points(kMetricPoints).positions;
   control::ControlSession& controls = edit.begin_stroke(options);
   for (const scene::Drag& d : stroke.drags) add_control(controls, d.path[0], d.sideways, session);
   for (const Vec3& p : stroke.pins) add_control(controls, p, false, session);
@@ -229,6 +233,11 @@ void add_edit(CLI::App& app, Session& session) {
   verb->add_option("--pin", state->pins, "\"x,y,z\": a surface point that stays");
   verb->add_option("--freeze", state->freeze, "a parameter that stays, or all below a name: items[2], items[0].radius");
   verb->add_flag("--sideways", state->sideways, "drags take along the part they hold, not only the surface");
+  verb->add_option(
+          "--metric", state->metric,
+          "what counts as a small change: of the surface at the controls, or all over (surface), which spares radii; "
+          "default controls")
+      ->check(CLI::IsMember({"controls", "surface"}));
   verb->add_option(
       "--script", state->script,
       "strokes in JSON: {\"strokes\": [{\"seconds\": 1, \"drags\": [{\"path\": [[x,y,z], …], \"times\": [0, …], "

@@ -216,6 +216,58 @@ TEST(Drag, ResultsDoNotDependOnAParametersUnit) {
   EXPECT_NEAR(value(*g, "r"), 1250, 1e-6);
 }
 
+TEST(Drag, AMetricOfTheWholeSurfaceSparesWhatBulgesEverywhere) {
+  const auto row = [] {
+    std::vector<field::SegmentBlob> items;
+    for (int i = 0; i < 7; ++i)
+      items.push_back(
+          {{Number(0.5 * i), Number(-0.5), Number(0.0)}, {Number(0.5 * i), Number(0.5), Number(0.0)}, Number(0.45)});
+    return field::segments(BlobKernel::Gaussian, Number::frozen(0.35), items);
+  };
+  const auto samples_of = [](const Field& f) {
+    std::vector<Vec3> samples;
+    for (int i = 0; i < 1000; ++i) {
+      const double x = -0.5 + 0.004 * i, a = 2.4 * i;
+      if (const auto p = nearest_surface_point(f, Vec3(x, 1.2 * std::cos(a), 0.6 * std::sin(a)), 3)) samples.push_back(*p);
+    }
+    return samples;
+  };
+  std::vector<double> bulges;
+  for (const bool all_over : {false, true}) {
+    const auto f = row();
+    DragOptions o;
+    if (all_over) o.samples = samples_of(*f);
+    ControlSession session(*f, o);
+    const Vec3 top = on_surface(*f, Vec3(1.5, 1.1, 0), 3);
+    session.add(top);
+    session.aim(0, top + Vec3(0, 0.8, 0));
+    EXPECT_EQ(session.run().outcome, Outcome::Arrived);
+    EXPECT_NEAR(field::value_at(*f, top + Vec3(0, 0.8, 0)), 0, 1e-8);
+    bulges.push_back(value(*f, "items[3].radius") - 0.45);
+  }
+  EXPECT_GT(bulges[0], 0.3) << "the least change at the control alone is a fatter cylinder";
+  EXPECT_LT(bulges[1], 0.1);
+
+  // Units do not count here either: a ball's radius in metres and in millimetres.
+  std::vector<std::vector<double>> found;
+  for (const double unit : {1.0, 1000.0}) {
+    field::Expression ball("sqrt((x-cx)^2+y^2+z^2)-r/" + std::to_string(unit), {{"cx", Number(0.0)}, {"r", Number(unit)}},
+                           Box::around(Vec3::Zero(), 4));
+    DragOptions o;
+    for (int a = 0; a < 3; ++a)
+      for (const double side : {-1.0, 1.0}) o.samples.push_back(side * Vec3::Unit(a));
+    ControlSession session(ball, o);
+    session.add({1, 0, 0});
+    session.aim(0, {1.5, 0, 0});
+    EXPECT_EQ(session.run().outcome, Outcome::Arrived);
+    found.push_back({value(ball, "cx"), value(ball, "r") / unit});
+  }
+  // The mean square of the normal motion: 1/3 for a shift, 1 for the radius.
+  EXPECT_NEAR(found[0][0], 0.375, 1e-9);
+  EXPECT_NEAR(found[0][1], 1.125, 1e-9);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(found[1][k], found[0][k], 1e-9);
+}
+
 TEST(Drag, BadInputLeavesTheShapeAlone) {
   const auto f = ball();
   const std::vector<double> before = values(*f);

@@ -80,7 +80,8 @@ ControlSession::ControlSession(field::Field& surface, DragOptions options)
     : surface_(surface), options_(std::move(options)), length_(options_.length.value_or(length_scale(surface, {}))) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0; };
   if (!positive(length_) || !positive(options_.spring) || !positive(options_.largest_step) ||
-      !positive(options_.largest_change) || !positive(options_.tolerance) || options_.newton_steps < 1)
+      !positive(options_.largest_turn) || !positive(options_.largest_change) || !positive(options_.tolerance) ||
+      options_.newton_steps < 1)
     throw InvalidInput("control: lengths, steps and the spring must be above zero");
   rebase();
 }
@@ -121,7 +122,9 @@ void ControlSession::rebase() {
     points.push_back(c.position);
   }
   rest_ = values();
-  scale_ = sensitivity_scale(surface_, surface_rows(surface_, points, length_), options_.freeze);
+  const bool all = !options_.samples.empty();
+  const SurfaceRows rows = surface_rows(surface_, all ? options_.samples : points, length_);
+  scale_ = all ? surface_scale(surface_, rows, options_.freeze) : sensitivity_scale(surface_, rows, options_.freeze);
   descent_ = {};
   build_sideways_rows();
   stale_ = false;
@@ -251,6 +254,19 @@ ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positio
   return a;
 }
 
+/// How far each control may go in a step, world units.
+std::vector<double> ControlSession::farthest() const {
+  std::vector<Vec3> points;
+  for (const Control& c : controls_) points.push_back(c.position);
+  const field::JetBatch jets = field::evaluate(surface_, points, field::Order::Hessian);
+  std::vector<double> most;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double radius = jets.gradient(i).norm() / jets.hessian(i).norm();
+    most.push_back(std::min(options_.largest_step * length_, radius > 0 ? options_.largest_turn * radius : HUGE_VAL));
+  }
+  return most;
+}
+
 StepReport ControlSession::report(const Attempt& a, const std::vector<Vec3>& positions) const {
   StepReport r;
   r.status = a.solution.status;
@@ -284,15 +300,16 @@ StepReport ControlSession::advance(double dt, const Follow* follow) {
   if (stale_) rebase();
   const std::vector<double> before = values();
   const double close = -std::expm1(-options_.spring * dt);
+  const std::vector<double> most = farthest();
   Attempt attempt;
   std::vector<Vec3> positions(controls_.size());
   double part = 1;
   for (int halving = 0; halving <= kHalvings && !attempt.held; ++halving, part *= 0.5) {
     for (std::size_t i = 0; i < controls_.size(); ++i) {
       const Vec3 way = controls_[i].target - controls_[i].position;
-      const double far = way.norm(), most = options_.largest_step * length_;
+      const double far = way.norm();
       // Short rests of the way are made at once: a spring alone would never arrive.
-      const double go = far <= 1e-3 * length_ ? part : part * std::min(close, most / far);
+      const double go = far <= std::min(1e-3 * length_, most[i]) ? part : part * std::min(close, most[i] / far);
       positions[i] = go == 1 ? controls_[i].target : Vec3(controls_[i].position + go * way);
     }
     attempt = project(positions, before, part);

@@ -14,11 +14,14 @@ struct DragOptions {
   std::optional<double> length;     ///< scale of the shape, world units; see length_scale
   double spring = 10;               ///< 1/s: a control closes this share of its distance to the target per second
   double largest_step = 0.05;       ///< most that a control advances in a step, in lengths
+  double largest_turn = 0.5;        ///< the same in local radii |∇F|/|H|: farther off, F_q says little
   double largest_change = 0.1;      ///< most that an unknown changes (by its metric) in a Newton step, in lengths
   double capture = 0.05;            ///< a new control this near the surface, in lengths, is moved onto it
   int newton_steps = 30;            ///< rounds in which a step projects back onto F(p, q) = 0, at most
   double tolerance = 1e-11;         ///< change below which a pose counts as settled, in lengths
   std::vector<std::string> freeze;  ///< unknowns that stay, by name or by the name of what they belong to
+  /// Points spread evenly over the surface: the metric is then surface_scale instead of sensitivity_scale.
+  std::vector<Vec3> samples;
 };
 
 /// A point that holds the surface: F(position, q) = 0.
@@ -99,6 +102,7 @@ class ControlSession {
                               const std::vector<double>& distance) const;
   System system(const std::vector<Vec3>& positions, const std::vector<double>& q) const;
   void build_sideways_rows();
+  std::vector<double> farthest() const;
   StepReport report(const Attempt& attempt, const std::vector<Vec3>& positions) const;
   std::vector<double> values() const;
 

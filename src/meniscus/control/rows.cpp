@@ -93,6 +93,36 @@ std::vector<double> sensitivity_scale(const field::Field& surface, const Surface
   return scale;
 }
 
+std::vector<double> surface_scale(const field::Field& surface, const SurfaceRows& samples,
+                                  const std::vector<std::string>& freeze) {
+  constexpr double kLeast = 0.05;  // of the most effective unknown of a kind
+  const auto& parameters = surface.parameters();
+  std::vector<double> moved(parameters.size(), 0.0);
+  std::array<double, 6> most{};
+  for (std::size_t e = 0; e < samples.rows.index.size(); ++e)
+    moved[samples.rows.index[e]] += samples.rows.value[e] * samples.rows.value[e];
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    moved[k] = std::sqrt(moved[k] / static_cast<double>(std::max<std::size_t>(samples.rows.size(), 1)));
+    double& of_kind = most[static_cast<std::size_t>(parameters[k].quantity)];
+    of_kind = std::max(of_kind, moved[k]);
+  }
+  std::vector<double> scale;
+  double longest = 0;
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    const bool own = parameters[k].quantity == Quantity::Number;
+    const double sensitivity =
+        own ? moved[k] : std::max(moved[k], kLeast * most[static_cast<std::size_t>(parameters[k].quantity)]);
+    scale.push_back(sensitivity > 0 ? 1 / sensitivity : 0);
+    const Quantity kind = parameters[k].quantity;
+    if (kind == Quantity::Coordinate || kind == Quantity::Length) longest = std::max(longest, scale[k]);
+  }
+  // Lengths count for at least their size.
+  if (longest > 0)
+    for (double& s : scale) s /= longest;
+  apply_freeze(parameters, freeze, scale);
+  return scale;
+}
+
 StepBounds step_bounds(const field::Field& surface) {
   StepBounds bounds;
   for (const field::Parameter& p : surface.parameters()) {

@@ -31,6 +31,12 @@ std::vector<double> surface_distance(const field::Field& surface, const std::vec
 std::vector<double> sensitivity_scale(const field::Field& surface, const SurfaceRows& points,
                                       const std::vector<std::string>& freeze = {});
 
+/// The same from how far one unit of each unknown moves the surface on the whole: its root mean square over `samples`, rows
+/// of points spread evenly over the surface. What bulges everywhere, such as a radius, then costs more than what moves a
+/// tip. No unknown counts as less effective than a twentieth of the most effective one of its kind.
+std::vector<double> surface_scale(const field::Field& surface, const SurfaceRows& samples,
+                                  const std::vector<std::string>& freeze = {});
+
 /// How far the unknowns may go from their present values in a step; sizes that must stay above zero keep a thousandth.
 struct StepBounds {
   std::vector<double> lower, upper;

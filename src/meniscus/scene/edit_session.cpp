@@ -33,21 +33,27 @@ Box EditSession::box() const {
   return bounds.padded(0.05 * bounds.diameter());
 }
 
-void EditSession::show_floaters(std::size_t count) {
+points::Cloud EditSession::spread_points(std::size_t count) const {
   const Box where = box();
-  if (!where.finite()) throw InvalidInput("the surface has no bounds: floaters cannot show all of it");
+  if (where.empty()) return {};
+  if (!where.finite()) throw InvalidInput("the surface has no bounds: points cannot cover it");
   sample::SpreadOptions options;
   options.count = count;
-  const sample::Sampling s = sample::spread(*surface_, where, options, run_);
+  return sample::spread(*surface_, where, options, run_).cloud;
+}
+
+void EditSession::show_floaters(std::size_t count) {
+  const points::Cloud cloud = spread_points(count);
   floaters_.reset();
-  if (s.cloud.empty()) return;
+  if (cloud.empty()) return;
+  const auto normals = cloud.attributes.values(attribute::kNormal, 3);
+  const auto halves = cloud.attributes.values(attribute::kRadius, 1);
+  const auto at_rest = [&](std::size_t i) { return 2 * halves[i] / kRestSpacing; };
   sample::FloaterOptions how;
-  how.radius = kRoom * s.report.spacing / kRestSpacing;
-  floaters_.emplace(where, how, run_);
-  const auto normals = s.cloud.attributes.values("N", 3);
-  for (std::size_t i = 0; i < s.cloud.size(); ++i)
-    floaters_->add(s.cloud.positions[i], {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]},
-                   s.report.spacing / kRestSpacing);
+  how.radius = kRoom * at_rest(0);
+  floaters_.emplace(box(), how, run_);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    floaters_->add(cloud.positions[i], {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]}, at_rest(i));
 }
 
 control::ControlSession& EditSession::begin_stroke(control::DragOptions options) {

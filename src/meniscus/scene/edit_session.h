@@ -28,6 +28,9 @@ class EditSession {
   const History& history() const { return history_; }
   field::Field& surface() { return *surface_; }
 
+  /// `count` points spread evenly over the present surface; fewer if it does not take them. Throws InvalidInput if the
+  /// surface has no finite bounds.
+  points::Cloud spread_points(std::size_t count) const;
   /// Spreads about `count` >= 1 floaters; from now on they follow the surface, splitting and dying as it grows and shrinks.
   /// Throws InvalidInput if the surface has no finite bounds.
   void show_floaters(std::size_t count);
