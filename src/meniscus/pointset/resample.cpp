@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t kBlock = 64;
 // In spacings.
 constexpr double kGap = 0.9;
+constexpr double kWidest = 1.6;  // wider ones are what a jagged border looks like
 constexpr double kApart = 0.7;
 constexpr double kCrowded = 0.5;
 constexpr double kLook = 3.5;
@@ -65,7 +66,10 @@ std::optional<Vec3> largest_gap(const PointSet& set, const points::NeighbourSear
     largest = c.place.squaredNorm();
     gap = set.position(i) + c.place.x() * frame.u + c.place.y() * frame.v;
   }
-  return gap;
+  if (!gap || largest > std::pow(kWidest * spacing, 2)) return std::nullopt;
+  const Vec3 border = set.border(i);
+  const bool beyond = !border.isZero() && border.dot(*gap - set.position(i)) > border.squaredNorm();
+  return beyond ? std::nullopt : gap;
 }
 
 }  // namespace
@@ -98,17 +102,20 @@ std::vector<Gap> find_gaps(const PointSet& set, const points::NeighbourSearch& s
 
 std::vector<std::uint32_t> find_crowded(const PointSet& set, const points::NeighbourSearch& search,
                                         std::span<const std::uint32_t> about, double spacing) {
-  std::vector<char> gone(set.size(), 0);
+  // A point goes if one that stays is near: of those in question the first stay.
+  std::vector<char> stays(set.size(), 1);
+  for (const std::uint32_t i : about) stays[i] = 0;
   std::vector<std::uint32_t> crowded;
   std::vector<points::Neighbour> near;
   for (const std::uint32_t i : about) {
     search.within(set.position(i), kCrowded * spacing, near);
     const bool close = std::any_of(near.begin(), near.end(), [&](const points::Neighbour& n) {
-      return n.index != i && !gone[n.index] && set.normal(n.index).dot(set.normal(i)) > kSameSheet;
+      return stays[n.index] && set.normal(n.index).dot(set.normal(i)) > kSameSheet;
     });
-    if (!close) continue;
-    gone[i] = 1;
-    crowded.push_back(i);
+    if (close)
+      crowded.push_back(i);
+    else
+      stays[i] = 1;
   }
   return crowded;
 }

@@ -37,6 +37,16 @@ std::vector<std::uint32_t> flagged(const std::vector<char>& flags) {
   return indices;
 }
 
+/// Points from `first` on get identities of their own, if points have them.
+void give_new_ids(PointSet& set, std::size_t first) {
+  const auto ids = set.attributes.integers(attribute::kId);
+  if (ids.empty()) return;
+  std::vector<std::int64_t> all(ids.begin(), ids.end());
+  std::int64_t next = *std::max_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(first)) + 1;
+  for (std::size_t i = first; i < all.size(); ++i) all[i] = next++;
+  set.attributes.set_integers(attribute::kId, 1, std::move(all));
+}
+
 /// In how many stages a motion of that length is made.
 int stages_for(double length, double reach) {
   return static_cast<int>(std::clamp(std::ceil(length / (kStage * reach)), 1.0, static_cast<double>(kMostStages)));
@@ -250,6 +260,7 @@ bool Sculptor::fill_gaps(std::vector<char>& changed, Work& work) {
   if (records.empty()) return false;
   const std::size_t first = points.size();
   points.append(records, like);
+  give_new_ids(points, first);
   changed.assign(points.size(), 0);
   std::fill(changed.begin() + static_cast<std::ptrdiff_t>(first), changed.end(), 1);
   refit_around(changed, work);

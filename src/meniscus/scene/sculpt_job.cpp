@@ -1,0 +1,75 @@
+#include <meniscus/scene/sculpt_job.h>
+
+#include <meniscus/base/error.h>
+
+#include <algorithm>
+
+namespace meniscus::scene {
+
+std::string motion_path(const std::string& output, long frame) {
+  std::string number = std::to_string(frame);
+  number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
+  const auto slash = output.find_last_of('/');
+  const auto dot = output.find_last_of('.');
+  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return output + "." + number;
+  return output.substr(0, dot) + "." + number + output.substr(dot);
+}
+
+points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOptions& options, pointset::NormalReport* report,
+                             const RunControl& run) {
+  io::Geometry geometry = io::read_geometry(path);
+  points::Cloud cloud = std::move(geometry.cloud);
+  if (geometry.kind == io::Geometry::Kind::Mesh) {
+    cloud = {geometry.mesh.positions, geometry.mesh.attributes};
+    if (!cloud.attributes.has(attribute::kNormal)) {
+      std::vector<double> values;
+      for (const Vec3& n : mesh::vertex_normals(geometry.mesh)) values.insert(values.end(), {n.x(), n.y(), n.z()});
+      cloud.attributes.set(attribute::kNormal, 3, std::move(values));
+    }
+  }
+  try {
+    return pointset::with_normals(cloud, options, report, run);
+  } catch (const InvalidInput& e) {
+    throw IoError(path, e.what());
+  }
+}
+
+SculptJobReport run_sculpt_job(const std::string& input, const SculptScript& script, const SculptJobOptions& options,
+                               const std::function<void(const SculptJobStroke&)>& on_stroke, RunControl run) {
+  SculptJobReport report;
+  const points::Cloud cloud = oriented_cloud(input, options.normals, &report.normals, run.part(0, 0.05));
+  pointset::SculptorOptions sculpting;
+  sculpting.fit = options.fit;
+  sculpting.fit.outlier_ratio = 0;  // with_normals has left them out
+  sculpting.spacing = script.spacing;
+  sculpting.resample = options.resample;
+  pointset::Sculptor sculptor(pointset::fit(cloud, sculpting.fit, &report.fit, run.part(0.05, 0.1)), sculpting);
+
+  const auto on_step = [&](const pointset::PointSet& set) {
+    const long frame = ++report.steps;
+    if (!std::binary_search(options.frames.begin(), options.frames.end(), frame)) return;
+    const points::Cloud shown = to_cloud(set);
+    report.frames.push_back({frame, motion_path(options.output, frame), shown.size(), points::bounds(shown)});
+    io::write_cloud(report.frames.back().path, shown, options.write);
+  };
+  const double share = 0.9 / static_cast<double>(script.commands.size());
+  for (std::size_t i = 0; i < script.commands.size(); ++i) {
+    const SculptCommand& command = script.commands[i];
+    const RunControl part = run.part(0.1 + share * static_cast<double>(i), 0.1 + share * static_cast<double>(i + 1));
+    part.progress(0, "sculpt");
+    SculptJobStroke done{command.stroke.label, command.where, {}};
+    if (command.kind == SculptCommand::Kind::Stroke)
+      done.report = sculptor.apply(command.stroke, on_step, part);
+    else
+      command.kind == SculptCommand::Kind::Undo ? sculptor.undo() : sculptor.redo();
+    done.report.points = sculptor.set().size();
+    report.strokes.push_back(done);
+    if (on_stroke) on_stroke(done);
+  }
+  report.result = to_cloud(sculptor.set());
+  io::write_cloud(options.output, report.result, options.write);
+  run.progress(1);
+  return report;
+}
+
+}  // namespace meniscus::scene
