@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kBlock = 64;
 // In spacings.
-constexpr double kGap = 0.9;
+constexpr double kGap = 0.78;    // an even, hexagonal set has 0.58
 constexpr double kWidest = 1.6;  // wider ones are what a jagged border looks like
 constexpr double kApart = 0.7;
 constexpr double kCrowded = 0.5;

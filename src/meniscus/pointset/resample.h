@@ -17,7 +17,7 @@ struct Gap {
 };
 
 /// Gaps around the points `about`: each projects its neighbours on its tangent plane; the vertex of its Voronoi cell with
-/// the largest empty circle is a gap if that radius is 0.9 to 1.6 spacings. Cells that are not closed by neighbours, as at
+/// the largest empty circle is a gap if that radius is 0.78 to 1.6 spacings. Cells that are not closed by neighbours, as at
 /// an open border, have none, or borders would grow for ever. No two gaps are nearer than 0.7 · spacing. `search` knows the
 /// set's positions. Deterministic for any number of threads. [THEORY §6, Resampling]
 std::vector<Gap> find_gaps(const PointSet& set, const points::NeighbourSearch& search, std::span<const std::uint32_t> about,

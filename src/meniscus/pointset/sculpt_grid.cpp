@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::size_t kMostVoxels = std::size_t{1} << 27;
 
-void check(const Material& m) {
-  if (!(m.mass > 0) || !(m.damping >= 0) || !(m.stiffness >= 0) || !std::isfinite(m.mass + m.damping + m.stiffness))
-    throw InvalidInput("a material needs a mass above 0 and a damping and a stiffness of 0 or more, all finite");
-}
-
 /// Σ a b, in eight fixed lanes so that the order of additions does not depend on the machine.
 double dot(const float* a, const float* b, std::size_t n) {
   double lanes[8] = {};
@@ -34,6 +29,11 @@ double sum_of(const std::vector<double>& parts) {
 }
 
 }  // namespace
+
+void check(const Material& m) {
+  if (!(m.mass > 0) || !(m.damping >= 0) || !(m.stiffness >= 0) || !std::isfinite(m.mass + m.damping + m.stiffness))
+    throw InvalidInput("a material needs a mass above 0 and a damping and a stiffness of 0 or more, all finite");
+}
 
 SculptGrid::SculptGrid(const Box& region, int voxels, const Material& material) {
   check(material);

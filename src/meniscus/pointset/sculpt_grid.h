@@ -18,6 +18,9 @@ struct Material {
   double stiffness = 1;  ///< >= 0, world units² / s²: springs to the six neighbours; waves travel at √(stiffness / mass)
 };
 
+/// Throws InvalidInput for a mass that is not above 0, a damping or stiffness below 0, or one that is not finite.
+void check(const Material& material);
+
 /// A region of space whose values can be pushed: a lattice of n0×n1×n2 voxels, each with a value d, coupled by springs in
 /// value, not in place [GHQ03]:
 ///

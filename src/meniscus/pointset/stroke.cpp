@@ -84,6 +84,7 @@ void check(const Stroke& s) {
                 std::all_of(s.falloff.custom.begin(), s.falloff.custom.end(), [](double v) { return std::isfinite(v); }),
             "a custom falloff takes two finite numbers or more");
   if (s.tool == Tool::Force) {
+    check(s.material);
     require(s.seconds > 0 && std::isfinite(s.seconds), "the time must be above 0 seconds");
     require(s.steps >= 1 && s.steps <= 10'000, "1 to 10,000 steps");
     require(s.voxels >= 8 && s.voxels <= 256, "8 to 256 voxels along the region");
