@@ -1,10 +1,12 @@
-// Control points: the time of one solve and of one step of a drag.
+// Control points: the time of one solve and of one step of a drag, and what drags do to surfaces.
 // Usage: bench_control [--json FILE]
 #include <meniscus/base/random.h>
 #include <meniscus/control/drag.h>
 #include <meniscus/control/system.h>
 #include <meniscus/field/blobs.h>
 #include <meniscus/scene/edit_session.h>
+
+#include "tests/support/drag_suite.h"
 
 #include <nlohmann/json.hpp>
 
@@ -142,6 +144,23 @@ void with_floaters(nlohmann::json& all) {
              control::name(step.control.outcome));
 }
 
+/// Jumps, flips and hysteresis of a scripted drag on four surfaces.
+void drag_suite(nlohmann::json& all) {
+  std::printf(
+      "\n| drag there and back | steps | largest jump / hand | flips | failed | hysteresis |\n|---|---|---|---|---|---|\n");
+  for (test::DragScene& scene : test::drag_scenes()) {
+    const test::DragMeasure m = test::drag_around(scene, 1);
+    std::printf("| %s | %zu | %.2f | %zu | %zu | %.1e |\n", scene.name.c_str(), m.steps, m.jump, m.flips, m.failed,
+                m.hysteresis);
+    all.push_back({{"case", scene.name},
+                   {"steps", m.steps},
+                   {"jump", m.jump},
+                   {"flips", m.flips},
+                   {"failed", m.failed},
+                   {"hysteresis", m.hysteresis}});
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -161,6 +180,7 @@ int main(int argc, char** argv) {
   local_model(all, 10, 1, 100, 10);
   local_model(all, 50, 4, 1000, 50);
   with_floaters(all);
+  drag_suite(all);
   if (!json.empty()) std::ofstream(json) << all.dump(1) << '\n';
   return 0;
 }

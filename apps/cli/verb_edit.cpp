@@ -27,7 +27,7 @@ struct EditVerb {
   std::string frames, points;
   std::size_t count = 2000;
   double fps = 24;
-  std::optional<double> voxel;
+  std::optional<double> voxel, area, volume;
 
   std::vector<Stroke> strokes() const;
   void run(Session& session) const;
@@ -49,7 +49,11 @@ scene::Drag parse_drag(const std::string& text, bool sideways) {
 }
 
 std::vector<Stroke> EditVerb::strokes() const {
-  if (script.empty() == drags.empty()) throw UsageError("give drags (--drag) or a script of strokes (--script)");
+  if (!script.empty() && !drags.empty()) throw UsageError("give drags (--drag) or a script of strokes (--script), not both");
+  if (script.empty() && drags.empty()) {
+    if (area || volume) return {};
+    throw UsageError("give drags (--drag), a script of strokes (--script), or an --area or --volume to reach");
+  }
   if (!script.empty()) {
     if (!pins.empty() || sideways) throw UsageError("pins and sideways drags stand in the script itself");
     std::vector<Stroke> strokes = scene::read_strokes(script);
@@ -187,7 +191,19 @@ void make(const Stroke& stroke, const EditVerb& verb, scene::EditSession& edit, 
   edit.end_stroke(stroke.label);
 }
 
+/// The surface takes an area or a volume, as an entry of the history of its own.
+void reach(control::Measure what, double target, const EditVerb& verb, scene::EditSession& edit, Session& session) {
+  const char* name = what == control::Measure::Area ? "area" : "volume";
+  const control::GoalReport r = edit.reach(what, target, verb.freeze);
+  session.report()["goal"] = {{"kind", name}, {"reached", r.reached}, {"value", r.value}, {"steps", r.steps}};
+  if (!r.reached) session.warn("goal", fmt::format("the {} is {:.6g}: no shape near by has {:.6g}", name, r.value, target));
+  edit.end_stroke(name);
+}
+
 void EditVerb::run(Session& session) const {
+  for (const auto& goal : {area, volume})
+    if (goal && !(std::isfinite(*goal) && *goal > 0)) throw UsageError("--area and --volume must be above zero");
+  if (area && volume) throw UsageError("--area and --volume exclude each other");
   if (!(fps > 0)) throw UsageError("--fps must be above zero");
   if (voxel && !(*voxel > 0)) throw UsageError("--voxel must be above zero");
   if (count == 0) throw UsageError("--count must be at least 1");
@@ -206,6 +222,8 @@ void EditVerb::run(Session& session) const {
     make(list[i], *this, edit, film, i + 1 == list.size(), session, run);
     run.progress(0.1 + 0.9 * static_cast<double>(i + 1) / static_cast<double>(list.size()), "edit");
   }
+  if (area) reach(control::Measure::Area, *area, *this, edit, session);
+  if (volume) reach(control::Measure::Volume, *volume, *this, edit, session);
   session.timing("edit");
 
   const auto changes = scene::parameter_changes(original, edit.surface().parameters());
@@ -250,6 +268,8 @@ void add_edit(CLI::App& app, Session& session) {
   verb->add_option("--points", state->points,
                    "also write floaters that follow the surface: every frame (pts.####.ply), or at the end (pts.ply)");
   verb->add_option("--count", state->count, "how many floaters to begin with; default 2000");
+  verb->add_option("--area", state->area, "then change as little as possible until the surface has this area, world units²");
+  verb->add_option("--volume", state->volume, "the same for the volume it encloses, world units³");
   verb->add_option("--time", state->time, "moment of a moving scene at which it is edited, seconds; default 0");
   session.add_output(*verb);
   session.add_common(*verb);

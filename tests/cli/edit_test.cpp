@@ -95,6 +95,22 @@ TEST(Edit, TheMotionIsWrittenFrameByFrame) {
   EXPECT_EQ(meniscus_program(edit + " --frames m.ply -f -o " + out).code, 2);
 }
 
+TEST(Edit, AVolumeOrAnAreaIsReached) {
+  const Scratch s;
+  const std::string scene =
+      scene_file(s, R"({"format":"meniscus.scene","version":1,"surface":{"type":"sphere","center":[1,2,3],"radius":1}})");
+  const std::string out = s / "out.json";
+  const auto r = meniscus_program("edit " + scene + " --volume 33.510321638 --json -o " + out);
+  ASSERT_EQ(r.code, 0) << r.err;
+  EXPECT_NEAR(json_of(out)["surface"]["radius"].get<double>(), 2, 2e-3);
+  EXPECT_TRUE(nlohmann::json::parse(r.out)["goal"]["reached"]);
+  ASSERT_EQ(meniscus_program("edit " + scene + " --area 3.14159265 -f -o " + out).code, 0);
+  EXPECT_NEAR(json_of(out)["surface"]["radius"].get<double>(), 0.5, 1e-3);
+  const auto frozen = meniscus_program("edit " + scene + " --area 3 --freeze radius -f -o " + out);
+  EXPECT_NE(frozen.err.find("no shape near by"), std::string::npos) << frozen.err;
+  EXPECT_EQ(meniscus_program("edit " + scene + " --area 0 -f -o " + out).code, 2);
+}
+
 TEST(Edit, MistakesAreExplainedAndWriteNothing) {
   const Scratch s;
   const std::string scene = scene_file(s, kTwoBalls), out = s / "out.json", to = " -o " + out;

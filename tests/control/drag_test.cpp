@@ -1,3 +1,5 @@
+#include "support/drag_suite.h"
+
 #include <meniscus/base/error.h>
 #include <meniscus/control/drag.h>
 #include <meniscus/field/blobs.h>
@@ -214,6 +216,17 @@ TEST(Drag, ResultsDoNotDependOnAParametersUnit) {
   EXPECT_NEAR(value(*f, "r"), 1.25, 1e-9);
   EXPECT_NEAR(value(*g, "cx"), 0.25, 1e-9);
   EXPECT_NEAR(value(*g, "r"), 1250, 1e-6);
+}
+
+TEST(Drag, FourSurfacesNeitherJumpNorFlipAndComeBack) {
+  for (const double scale : {1.0, 1000.0})
+    for (test::DragScene& scene : test::drag_scenes(scale)) {
+      const test::DragMeasure m = test::drag_around(scene, scale);
+      EXPECT_LE(m.hysteresis, 1e-6) << scene.name;
+      EXPECT_EQ(m.flips, 0u) << scene.name;
+      EXPECT_EQ(m.failed, 0u) << scene.name;
+      EXPECT_LE(m.jump, 3) << scene.name << ": the surface moves no more than a few times as far as the hand";
+    }
 }
 
 TEST(Drag, AMetricOfTheWholeSurfaceSparesWhatBulgesEverywhere) {

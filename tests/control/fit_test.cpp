@@ -131,7 +131,7 @@ TEST(Tools, ARigidPatchTurnsAndTheRestStays) {
   for (const Control& c : session.controls()) EXPECT_NEAR(field::value_at(*f, c.position), 0, 1e-7);
 }
 
-TEST(Tools, AVolumeIsReached) {
+TEST(Tools, AVolumeOrAnAreaIsReached) {
   const auto measure = [](const field::Field& s) {  // a ball's own: what a sampler would tell of it
     const auto q = values(s);
     SurfaceElements e;
@@ -146,13 +146,21 @@ TEST(Tools, AVolumeIsReached) {
     return e;
   };
   const auto f = ball(Vec3(1, 2, 3), 1);
-  const VolumeReport report = reach_volume(*f, 8 * 4.0 / 3 * std::numbers::pi, measure, 1e-9);
+  const GoalReport report = reach(*f, Measure::Volume, 8 * 4.0 / 3 * std::numbers::pi, measure, 1e-9);
   EXPECT_TRUE(report.reached);
   EXPECT_NEAR(values(*f)[3], 2, 1e-8);
   EXPECT_NEAR(values(*f)[0], 1, 1e-12) << "moving does not change the volume";
-  EXPECT_FALSE(reach_volume(*f, 1, measure, 1e-9, {"radius"}).reached);
+  EXPECT_FALSE(reach(*f, Measure::Volume, 1, measure, 1e-9, {"radius"}).reached);
   EXPECT_NEAR(values(*f)[3], 2, 1e-8);
-  EXPECT_THROW(reach_volume(*f, -1, measure), InvalidInput);
+  const GoalReport area = reach(*f, Measure::Area, 4 * std::numbers::pi * 9, measure, 1e-9);
+  EXPECT_TRUE(area.reached);
+  EXPECT_NEAR(area.value, 4 * std::numbers::pi * 9, 1e-6);
+  EXPECT_NEAR(values(*f)[3], 3, 1e-8);
+  EXPECT_NEAR(values(*f)[2], 3, 1e-12) << "the centre stays";
+  EXPECT_FALSE(reach(*f, Measure::Area, 1, measure, 1e-9, {"radius"}).reached);
+  EXPECT_NEAR(values(*f)[3], 3, 1e-8);
+  EXPECT_THROW(reach(*f, Measure::Volume, -1, measure), InvalidInput);
+  EXPECT_THROW(reach(*f, Measure::Area, std::nan(""), measure), InvalidInput);
 }
 
 }  // namespace

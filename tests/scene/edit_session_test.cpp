@@ -1,4 +1,5 @@
 #include <meniscus/base/error.h>
+#include <meniscus/polygonize/polygonize.h>
 #include <meniscus/scene/edit_session.h>
 
 #include <gtest/gtest.h>
@@ -106,6 +107,26 @@ TEST(EditSession, OneDragIsOneEntryAndIsTakenBackWhole) {
   EXPECT_EQ(values(session.surface()), second);
   EXPECT_THROW(session.controls(), InvalidInput);
   EXPECT_THROW(session.step(0.1), InvalidInput);
+}
+
+TEST(EditSession, AreaAndVolumeAreReached) {
+  EditSession session(Document::parse(kBlobs, "blobs.json"));
+  const auto measured = [&](control::Measure what) {
+    polygonize::PolygonizeOptions how;
+    how.voxel = 0.05;
+    const mesh::Mesh m = polygonize::polygonize(session.surface(), how).mesh;
+    return what == control::Measure::Area ? mesh::area(m) : mesh::volume(m);
+  };
+  for (const control::Measure goal : {control::Measure::Volume, control::Measure::Area}) {
+    const double wanted = (goal == control::Measure::Volume ? 1.5 : 0.8) * measured(goal);
+    const control::GoalReport report = session.reach(goal, wanted);
+    EXPECT_TRUE(report.reached);
+    EXPECT_LE(report.steps, 10) << "Newton's method with a true row";
+    EXPECT_NEAR(measured(goal), wanted, 5e-3 * wanted);
+    session.end_stroke("goal");
+  }
+  EXPECT_EQ(session.history().size(), 2u);
+  EXPECT_FALSE(session.reach(control::Measure::Volume, 100, {"items"}).reached) << "all is frozen";
 }
 
 TEST(EditSession, FloatersNeedBoundsAndASurface) {

@@ -11,6 +11,7 @@ constexpr std::size_t kFewParameters = 2000;  // so many are all tried as movers
 constexpr int kHalvings = 6;
 constexpr int kMostSteps = 10000;   // of a run
 constexpr int kPatience = 600;      // steps in place until the shape is the nearest to the drag's beginning
+constexpr double kBack = 0.001;     // of the way back is gone in a step, in lengths, or as much as the hand moves
 constexpr double kSlow = 0.2;       // share of a correction that the next may have before the rows are made anew
 constexpr double kArrived = 1e-12;  // in lengths
 constexpr double kHeld = 1e-8;      // residual that does not count, in lengths
@@ -210,6 +211,8 @@ System ControlSession::system(const std::vector<Vec3>& positions, const std::vec
 /// whole way would overshoot where the surface bends much between there and here. Further rounds correct F = 0 alone, with
 /// the first one's factors while these serve.
 ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positions, std::vector<double> q, double part) {
+  double hand = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) hand = std::max(hand, (positions[i] - controls_[i].position).norm());
   Attempt a;
   const double most = options_.largest_change * length_, enough = options_.tolerance * length_;
   std::optional<Solver> solver;
@@ -225,7 +228,8 @@ ControlSession::Attempt ControlSession::project(const std::vector<Vec3>& positio
       x = a.solution.least;
       if (first) {
         a.descent = descent_.next(q, a.solution, scale_);
-        a.descent.share *= part;
+        const double back = largest_change(a.descent.pull, scale_), most_back = std::max(hand, part * kBack * length_);
+        a.descent.share = std::min(part * a.descent.share, back > 0 ? most_back / back : 1);
         a.settled = std::max(largest_change(x, scale_), largest_change(a.descent.pull, scale_)) <= enough;
         for (std::size_t k = 0; k < q.size(); ++k) x[k] += a.descent.share * a.descent.pull[k];
       }

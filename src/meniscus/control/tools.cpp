@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace meniscus::control {
 namespace {
 
-constexpr int kVolumeSteps = 30;
+constexpr int kGoalSteps = 30;
 
 /// Calls take(point, share) for points within the radius; share falls smoothly from 1 to 0.
 template <class Take>
@@ -24,6 +25,27 @@ void each_within(const std::vector<Vec3>& points, const Vec3& center, double rad
 
 void check(const Vec3& v) {
   if (!v.allFinite()) throw InvalidInput("a tool's motion is not finite");
+}
+
+/// κ dA of every element: what the area gains per unit of motion along the normal.
+std::vector<double> area_rates(const field::Field& surface, const SurfaceElements& elements) {
+  const field::JetBatch jets = field::evaluate(surface, elements.points, field::Order::Hessian);
+  std::vector<double> rates;
+  for (std::size_t i = 0; i < elements.points.size(); ++i) {
+    const double g = jets.gradient(i).norm();
+    const Vec3 n = jets.gradient(i) / g;
+    const double bend = (jets.hessian(i).trace() - n.dot(jets.hessian(i) * n)) / g;
+    rates.push_back(g > 0 ? bend * elements.areas[i] : 0);
+  }
+  return rates;
+}
+
+/// The sum of the rows, each times the element's weight: how the whole changes per unit of each unknown.
+std::vector<double> goal_row(const field::SparseRows& rows, const std::vector<double>& weights, std::size_t parameters) {
+  std::vector<double> sum(parameters, 0.0);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (std::size_t e = rows.begin[i]; e < rows.begin[i + 1]; ++e) sum[rows.index[e]] -= rows.value[e] * weights[i];
+  return sum;
 }
 
 }  // namespace
@@ -77,30 +99,31 @@ std::vector<std::size_t> add_moves(ControlSession& session, const std::vector<Mo
   return ids;
 }
 
-VolumeReport reach_volume(field::Field& surface, double target, const MeasureSurface& measure, double tolerance,
-                          const std::vector<std::string>& freeze) {
-  if (!std::isfinite(target) || !(target > 0)) throw InvalidInput("a volume to reach must be above zero");
-  VolumeReport report;
+GoalReport reach(field::Field& surface, Measure goal, double target, const MeasureSurface& measure, double tolerance,
+                 const std::vector<std::string>& freeze) {
+  if (!std::isfinite(target) || !(target > 0)) throw InvalidInput("an area or volume to reach must be above zero");
+  GoalReport report;
   std::vector<double> q;
   for (const auto& p : surface.parameters()) q.push_back(p.value);
   SurfaceElements now = measure(surface);
-  const auto error = [&](const SurfaceElements& e) { return std::abs(e.volume - target) / target; };
-  while (!(report.reached = error(now) <= tolerance) && report.steps < kVolumeSteps) {
+  const auto value = [&](const SurfaceElements& e) {
+    return goal == Measure::Volume ? e.volume : std::accumulate(e.areas.begin(), e.areas.end(), 0.0);
+  };
+  const auto error = [&](const SurfaceElements& e) { return std::abs(value(e) - target) / target; };
+  while (!(report.reached = error(now) <= tolerance) && report.steps < kGoalSteps) {
     const SurfaceRows at = surface_rows(surface, now.points, length_scale(surface, now.points));
     System s;
     s.scale = sensitivity_scale(surface, at, freeze);
-    std::vector<double> row(q.size(), 0.0);
-    for (std::size_t i = 0; i < at.rows.size(); ++i)
-      for (std::size_t e = at.rows.begin[i]; e < at.rows.begin[i + 1]; ++e)
-        row[at.rows.index[e]] -= at.rows.value[e] * now.areas[i];
+    const std::vector<double> row =
+        goal_row(at.rows, goal == Measure::Volume ? now.areas : area_rates(surface, now), q.size());
     for (std::uint32_t k = 0; k < row.size(); ++k) s.rows.index.push_back(k), s.rows.value.push_back(row[k]);
     s.rows.begin.push_back(row.size());
-    // At most a fifth of the volume at once: the row holds near the present shape only.
-    s.target = {std::clamp(target - now.volume, -0.2 * now.volume, 0.2 * now.volume)};
+    // At most a fifth at once: the row holds near the present shape only.
+    s.target = {std::clamp(target - value(now), -0.2 * value(now), 0.2 * value(now))};
     StepBounds bounds = step_bounds(surface);
     s.lower = std::move(bounds.lower);
     s.upper = std::move(bounds.upper);
-    const Solution x = solve(s);
+    const Solution x = solve(std::move(s));
     if (x.status == Status::NoParameters || x.status == Status::InvalidNumber) break;
     std::vector<double> next = q;
     for (std::size_t k = 0; k < q.size(); ++k) next[k] += x.x[k];
@@ -114,7 +137,7 @@ VolumeReport reach_volume(field::Field& surface, double target, const MeasureSur
     q = std::move(next);
     now = std::move(then);
   }
-  report.volume = now.volume;
+  report.value = value(now);
   return report;
 }
 

@@ -41,16 +41,22 @@ struct SurfaceElements {
 };
 using MeasureSurface = std::function<SurfaceElements(const field::Field& surface)>;
 
-struct VolumeReport {
+/// What of the whole surface a goal is about.
+enum class Measure {
+  Area,    ///< world units squared
+  Volume,  ///< world units cubed
+};
+
+struct GoalReport {
   bool reached = false;
-  double volume = 0;
+  double value = 0;  ///< area or volume of the shape that is left
   int steps = 0;
 };
 
-/// Changes the unknowns as little as possible until the volume is `target`: Newton's method with the row
-/// dV/dq = −∫ F_q/|∇F| dA. `tolerance` is relative. If a step makes it no better the shape before it is kept.
-/// Throws InvalidInput for a target that is not above zero.
-VolumeReport reach_volume(field::Field& surface, double target, const MeasureSurface& measure, double tolerance = 1e-4,
-                          const std::vector<std::string>& freeze = {});
+/// Changes the unknowns as little as possible until the area or volume is `target`: Newton's method with the row
+/// dV/dq = −∫ F_q/|∇F| dA, or dA/dq = −∫ κ F_q/|∇F| dA with κ = div n. `tolerance` is relative. If a step makes it no better
+/// the shape before it is kept. Throws InvalidInput for a target that is not above zero.
+GoalReport reach(field::Field& surface, Measure goal, double target, const MeasureSurface& measure, double tolerance = 1e-4,
+                 const std::vector<std::string>& freeze = {});
 
 }  // namespace meniscus::control

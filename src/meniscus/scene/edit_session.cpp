@@ -1,4 +1,5 @@
 #include <meniscus/base/error.h>
+#include <meniscus/sample/integrals.h>
 #include <meniscus/sample/spread.h>
 #include <meniscus/scene/build_field.h>
 #include <meniscus/scene/edit_session.h>
@@ -10,7 +11,9 @@ namespace {
 
 constexpr double kRestSpacing = 2.017;  // of floaters at rest, in repulsion radii
 constexpr double kRoom = 1.2;           // wanted radius over that at the start: radii at rest lie between 0.7 and 1 of it
-constexpr double kPoseSeconds = 0.1;    // in which floaters follow an undo
+constexpr std::size_t kGoalPoints = 1000;
+constexpr double kGoalTolerance = 1e-3;
+constexpr double kPoseSeconds = 0.1;  // in which floaters follow an undo
 
 void add(const sample::FloaterStep& step, sample::FloaterStep& sum) {
   sum.born.insert(sum.born.end(), step.born.begin(), step.born.end());
@@ -86,6 +89,24 @@ EditStep EditSession::advance(double dt, bool to_the_end) {
 EditStep EditSession::step(double dt) { return advance(dt, false); }
 
 EditStep EditSession::run(double dt) { return advance(dt, true); }
+
+control::GoalReport EditSession::reach(control::Measure goal, double target, const std::vector<std::string>& freeze) {
+  const auto measure = [&](const field::Field&) {
+    control::SurfaceElements e;
+    points::Cloud cloud = spread_points(kGoalPoints);
+    if (cloud.empty()) return e;
+    const sample::SurfaceIntegrals whole = sample::integrate(cloud);
+    const auto areas = cloud.attributes.values(sample::attribute::kArea, 1);
+    double sum = 0;
+    for (const double a : areas) sum += a;
+    // The elements lie in tangent planes; together they make up the area that is known better.
+    for (const double a : areas) e.areas.push_back(a * whole.area.value / sum);
+    e.points = std::move(cloud.positions);
+    e.volume = whole.volume.value;
+    return e;
+  };
+  return control::reach(*surface_, goal, target, measure, kGoalTolerance, freeze);
+}
 
 void EditSession::end_stroke(const std::string& label) {
   history_.apply(document_, {label, parameter_changes(document_, surface_->parameters())});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <meniscus/control/drag.h>
+#include <meniscus/control/tools.h>
 #include <meniscus/sample/floaters.h>
 #include <meniscus/scene/history.h>
 
@@ -46,6 +47,10 @@ class EditSession {
   EditStep step(double dt);
   /// Steps until the controls have arrived and the shape has settled, or nothing comes nearer.
   EditStep run(double dt = 0.1);
+  /// Changes the unknowns as little as possible until the surface has this area or volume, measured by evenly spread points
+  /// (to about 0.1 %). A stroke of its own: end_stroke writes it. Throws InvalidInput for a target that is not above zero or
+  /// a surface without finite bounds.
+  control::GoalReport reach(control::Measure goal, double target, const std::vector<std::string>& freeze = {});
   /// Writes what the stroke changed into the document, as one entry of the history, and ends it.
   void end_stroke(const std::string& label);
 
