@@ -33,6 +33,8 @@ struct Scene {
 std::vector<Scene> scenes() {
   using field::Blob;
   std::vector<Scene> list;
+  const Blob straight[] = {{{moving("-1+t"), moving("0.25*t"), 0.0}, 1.0}};
+  list.push_back({"translating blob", field::blobs(field::BlobKernel::Compact, 0.4, straight), 2, false});
   const Blob peanut[] = {{{moving("-0.45+0.15*cos(pi*t)"), 0.0, 0.0}, 1.0},
                          {{moving("0.45-0.15*cos(pi*t)"), 0.0, 0.0}, 1.0}};
   list.push_back({"peanut, stretched", field::blobs(field::BlobKernel::Compact, 0.3, peanut), 1, false});
@@ -106,9 +108,9 @@ int main(int argc, char** argv) {
     if (std::string(argv[i]) == "--steps") steps = std::stoi(argv[i + 1]);
   }
   const Mode modes[] = {{"normal", motion::Velocity::Normal, 0},       {"normal + 5", motion::Velocity::Normal, 5},
-                        {"normal + 20", motion::Velocity::Normal, 20}, {"normal + 50", motion::Velocity::Normal, 50},
-                        {"blended", motion::Velocity::Blended, 0},     {"total", motion::Velocity::Total, 0},
-                        {"isometric", motion::Velocity::Isometric, 0}};
+                        {"normal + 10", motion::Velocity::Normal, 10}, {"normal + 20", motion::Velocity::Normal, 20},
+                        {"normal + 50", motion::Velocity::Normal, 50}, {"blended", motion::Velocity::Blended, 0},
+                        {"total", motion::Velocity::Total, 0},         {"isometric", motion::Velocity::Isometric, 0}};
   nlohmann::json all = nlohmann::json::array();
   std::puts(
       "| scene | mode | processor ms a frame (median) | mean distortion | worst | flips | lost | drift "

@@ -1,7 +1,9 @@
+#include "motion/moving_scenes.h"
 #include "support/program.h"
 
 #include <meniscus/io/geometry.h>
 #include <meniscus/mesh/validate.h>
+#include <meniscus/motion/velocity.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -131,6 +133,33 @@ TEST(TrackVerb, CarriesPoints) {
   EXPECT_EQ(first.cloud.size(), last.cloud.size());
   EXPECT_FALSE(last.cloud.attributes.values("v", 3).empty());
   EXPECT_FALSE(last.cloud.attributes.integers("id").empty());
+}
+
+TEST(TrackVerb, EveryFormatHoldsTheVelocityOfTheVertexAsWritten) {
+  const Scratch out;
+  const auto track = [&](const std::string& extension) {
+    const std::string path = out / ("t.####." + extension);
+    const auto ran = meniscus_program("track " + scene("approaching_blobs.json") +
+                                      " --voxel 0.15 --frames 3-5 --fairing 4 --velocity total -q -o '" + path + "'");
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return out / ("t.0005." + extension);
+  };
+  // The blobs of the scene.
+  const field::Blob blobs[] = {{{test::moving("-0.85+0.9*t"), test::moving("0.25*t"), 0.0}, 1.2},
+                               {{test::moving("0.85-0.9*t"), test::moving("-0.15*t"), 0.1}, 1.05}};
+  const auto f = field::blobs(field::BlobKernel::Compact, 0.35, blobs);
+  f->set_time(5.0 / 24);
+  for (const std::string extension : {"ply", "vtp"}) {
+    const mesh::Mesh m = io::read_mesh(track(extension));
+    const auto v = m.attributes.values("v", 3);
+    ASSERT_EQ(v.size(), 3 * m.positions.size());
+    EXPECT_EQ(m.attributes.integers("singular").size(), m.positions.size());
+    const auto wanted = motion::velocities(*f, m.positions, {.kind = motion::Velocity::Total});
+    for (std::size_t i = 0; i < m.positions.size(); ++i)
+      EXPECT_LT((Vec3(v[3 * i], v[3 * i + 1], v[3 * i + 2]) - wanted.velocity[i]).norm(), 1e-3);
+  }
+  EXPECT_NE(test::contents(track("usda")).find("vector3f[] velocities"), std::string::npos);
+  EXPECT_NE(test::contents(out / "t.usda").find("t.0005.usda"), std::string::npos);
 }
 
 TEST(TrackVerb, RefusesWhatHasNoMeaning) {

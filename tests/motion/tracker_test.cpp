@@ -76,6 +76,9 @@ TEST(MeshTracker, IntegratorsHaveTheirOrders) {
 }
 
 TEST(MeshTracker, StaysOnTheSurfaceAndCarriesWhatRidesOnIt) {
+  // Nothing folds with `Blended`. `Total` keeps every normal, so a triangle keeps its image on the sphere of normals, which
+  // has the triangle's orientation where Gaussian curvature is positive and the other where it is negative: a triangle over
+  // which a parabolic line passes, as round the neck here, must fold, or be damped: a few in a tenth of a second.
   for (const Velocity kind : {Velocity::Blended, Velocity::Total}) {
     const auto f = test::approaching_blobs();
     f->set_time(0);
@@ -85,9 +88,10 @@ TEST(MeshTracker, StaysOnTheSurfaceAndCarriesWhatRidesOnIt) {
     for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(7 * i);
     m.attributes.set_integers("id", 1, ids);
     MeshTracker t(m, *f, 0, {.velocity = {.kind = kind}});
-    const StepReport r = follow(t, *f, 0.1, 5);
+    const StepReport r = follow(t, *f, kind == Velocity::Blended ? 0.5 : 0.1, kind == Velocity::Blended ? 25 : 5);
     EXPECT_LT(r.max_distance, 1e-10);
-    if (kind == Velocity::Blended) EXPECT_EQ(r.flips, 0u);  // `Total` shears where it changes over to its fall-back
+    const std::size_t most = kind == Velocity::Blended ? 0 : t.mesh().triangles.size() / 20;
+    EXPECT_LE(r.flips, most);
     EXPECT_EQ(r.lost, 0u);
     const auto carried = t.mesh().attributes.integers("id");
     EXPECT_TRUE(std::equal(carried.begin(), carried.end(), ids.begin(), ids.end()));

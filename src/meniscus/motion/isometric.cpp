@@ -1,4 +1,5 @@
 #include <meniscus/base/error.h>
+#include <meniscus/base/parallel.h>
 #include <meniscus/motion/isometric.h>
 
 #include <Eigen/Geometry>
@@ -6,12 +7,14 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace meniscus::motion {
 namespace {
 
-constexpr double kGuide = 1e-5;  // weight of the guide, relative to strain
-constexpr int kRounds = 4;       // of iterated regularisation: a bias b becomes b⁴
+constexpr double kGuide = 1e-5;      // weight of the guide, relative to strain
+constexpr int kIterations = 12;      // more are needed: the factorisation is of too different a shape
+constexpr double kConverged = 1e-8;  // of the first correction, by energy
 constexpr double kRounding = 1e-14;
 constexpr double kCrease = 0.5;  // cosine between normals of a triangle's corners, from where on there is a crease in it
 
@@ -39,23 +42,37 @@ struct Strain {
   }
 };
 
-bool creased(const Velocities& v, const std::array<std::size_t, 3>& corner) {
+bool creased(std::span<const Vec3> normals, const std::array<std::size_t, 3>& corner) {
   for (std::size_t k = 0; k < 3; ++k)
-    if (v.normal[corner[k]].dot(v.normal[corner[(k + 1) % 3]]) < kCrease) return true;
+    if (normals[corner[k]].dot(normals[corner[(k + 1) % 3]]) < kCrease) return true;
   return false;
 }
+
+/// Two unit vectors per vertex that span the tangent plane and turn with the mesh: seen in them, a shape that moves as one
+/// body does not change.
+struct Frames {
+  std::vector<Vec3> first, second;
+};
 
 }  // namespace
 
 struct IsometricSolver::State {
   std::vector<Triangle> triangles;
   std::size_t vertices = 0;
+  std::vector<std::int32_t> neighbour;  // of each vertex one; itself if it has none
+  Shape shape;                          // where the factorisation was made
   Eigen::SimplicialLDLT<Sparse> factor;
   bool analysed = false;
+  bool factorised = false;
 
-  std::vector<Strain> strains(std::span<const Vec3> x, const Velocities& v) const;
+  Frames frames(std::span<const Vec3> x, std::span<const Vec3> normals) const;
+  /// Without `speeds` the constant parts are zero.
+  std::vector<Strain> strains(std::span<const Vec3> x, std::span<const Vec3> normals, std::span<const double> speeds,
+                              const Frames& frames, const RunControl& run) const;
   std::vector<double> guide_weights(const std::vector<Strain>& strains) const;
   Sparse matrix(const std::vector<Strain>& strains) const;
+  bool factorise();
+  bool improve(const std::vector<Strain>& strains, Vector& t) const;
 };
 
 IsometricSolver::IsometricSolver(const mesh::Mesh& mesh) : state_(std::make_unique<State>()) {
@@ -65,15 +82,46 @@ IsometricSolver::IsometricSolver(const mesh::Mesh& mesh) : state_(std::make_uniq
       if (i < 0 || i >= n) throw InvalidInput("a triangle's index is out of range");
   state_->vertices = mesh.positions.size();
   state_->triangles = mesh.triangles;
+  state_->neighbour.resize(mesh.positions.size());
+  std::iota(state_->neighbour.begin(), state_->neighbour.end(), 0);
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) state_->neighbour[static_cast<std::size_t>(t[k])] = t[(k + 1) % 3];
 }
 
 IsometricSolver::~IsometricSolver() = default;
 IsometricSolver::IsometricSolver(IsometricSolver&&) noexcept = default;
 IsometricSolver& IsometricSolver::operator=(IsometricSolver&&) noexcept = default;
 
-std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, const Velocities& v) const {
+const IsometricSolver::Shape& IsometricSolver::factorised_at() const { return state_->shape; }
+
+void IsometricSolver::factorise(Shape shape) {
+  if (shape.positions.size() != state_->vertices || shape.normals.size() != state_->vertices)
+    throw InvalidInput("the shape is not that of the mesh");
+  state_->shape = std::move(shape);
+  state_->factorise();
+}
+
+Frames IsometricSolver::State::frames(std::span<const Vec3> x, std::span<const Vec3> normals) const {
+  Frames f{std::vector<Vec3>(vertices), std::vector<Vec3>(vertices)};
+  for (std::size_t i = 0; i < vertices; ++i) {
+    const Vec3& n = normals[i];
+    const Vec3 edge = x[static_cast<std::size_t>(neighbour[i])] - x[i];
+    const Vec3 flat = edge - n.dot(edge) * n;
+    if (flat.squaredNorm() > 1e-6 * edge.squaredNorm()) {
+      f.first[i] = flat.normalized();
+      f.second[i] = n.cross(f.first[i]);
+    } else {
+      tangents(n, f.first[i], f.second[i]);
+    }
+  }
+  return f;
+}
+
+std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, std::span<const Vec3> normals,
+                                                    std::span<const double> speeds, const Frames& frames,
+                                                    const RunControl& run) const {
   std::vector<Strain> list(triangles.size());
-  for (std::size_t f = 0; f < triangles.size(); ++f) {
+  parallel_for(triangles.size(), 256, run, [&](std::size_t f) {
     Strain& s = list[f];
     std::array<std::size_t, 3> index;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -86,8 +134,8 @@ std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, con
     const Vec3 d = x[index[2]] - x[index[0]];
     const double doubled = e.cross(d).norm();
     s.weight = doubled / 2;
-    if (!(doubled > 1e-12 * (e.squaredNorm() + d.squaredNorm()))) continue;  // a needle has no plane
-    if (creased(v, index)) continue;                                         // either side moves as it likes
+    if (!(doubled > 1e-12 * (e.squaredNorm() + d.squaredNorm()))) return;  // a needle has no plane
+    if (creased(normals, index)) return;                                   // either side moves as it likes
     const Vec3 u = e.normalized();
     const Vec3 w = (d - u.dot(d) * u).normalized();
     const Vec2 p[3] = {{0, 0}, {e.norm(), 0}, {u.dot(d), w.dot(d)}};
@@ -100,13 +148,11 @@ std::vector<Strain> IsometricSolver::State::strains(std::span<const Vec3> x, con
         return Vec3(a * slope.x(), b * slope.y(), (a * slope.y() + b * slope.x()) / std::sqrt(2.0));
       };
       const std::size_t i = index[k];
-      Vec3 first, second;
-      tangents(v.normal[i], first, second);
-      s.rows.col(2 * static_cast<Eigen::Index>(k)) = strain(first);
-      s.rows.col(2 * static_cast<Eigen::Index>(k) + 1) = strain(second);
-      s.constant += strain(v.normal_speed[i] * v.normal[i]);
+      s.rows.col(2 * static_cast<Eigen::Index>(k)) = strain(frames.first[i]);
+      s.rows.col(2 * static_cast<Eigen::Index>(k) + 1) = strain(frames.second[i]);
+      if (!speeds.empty()) s.constant += strain(speeds[i] * normals[i]);
     }
-  }
+  });
   return list;
 }
 
@@ -142,42 +188,73 @@ Sparse IsometricSolver::State::matrix(const std::vector<Strain>& strains) const 
   return result;
 }
 
+bool IsometricSolver::State::factorise() {
+  const Frames f = frames(shape.positions, shape.normals);
+  const Sparse m = matrix(strains(shape.positions, shape.normals, {}, f, {}));
+  if (!analysed) factor.analyzePattern(m);
+  analysed = true;
+  factor.factorize(m);
+  factorised = factor.info() == Eigen::Success;
+  return factorised;
+}
+
+/// Conjugate gradients from t on. Whether that many iterations were enough.
+bool IsometricSolver::State::improve(const std::vector<Strain>& strains, Vector& t) const {
+  Vector residual = Vector::Zero(t.size());
+  Vector size = Vector::Zero(t.size());
+  for (const Strain& e : strains) {
+    e.add_to(residual, -e.weight * (e.rows.transpose() * e.of(t)));
+    const Vec3 most = e.constant.cwiseAbs() + e.rows.cwiseAbs() * e.local(t).cwiseAbs();
+    e.add_to(size, e.weight * (e.rows.cwiseAbs().transpose() * most));
+  }
+  // Nothing but rounding left: solving for it would only feed it into the directions that strain leaves open.
+  const double rounding = kRounding * size.norm();
+  Vector direction = Vector::Zero(t.size());
+  double before = 0;
+  double first = 0;
+  for (int k = 0; k < kIterations; ++k) {
+    if (residual.norm() <= rounding) return true;
+    const Vector step = factor.solve(residual);
+    const double energy = residual.dot(step);
+    if (k == 0) first = energy;
+    if (!(energy > kConverged * kConverged * first)) return true;
+    direction = step + (k == 0 ? 0 : energy / before) * direction;
+    before = energy;
+    Vector image = Vector::Zero(t.size());
+    for (const Strain& e : strains) e.add_to(image, e.weight * (e.rows.transpose() * (e.rows * e.local(direction))));
+    const double length = energy / direction.dot(image);
+    if (!std::isfinite(length)) return true;
+    t += length * direction;
+    residual -= length * image;
+  }
+  return false;
+}
+
 double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, const RunControl& run) {
   State& s = *state_;
   if (positions.size() != s.vertices || v.velocity.size() != s.vertices)
     throw InvalidInput("the velocities are not those of the mesh");
   if (s.vertices == 0) return 0;
   const auto n = static_cast<Eigen::Index>(s.vertices);
-  const std::vector<Strain> strains = s.strains(positions, v);
-  run.check();
-  const Sparse matrix = s.matrix(strains);
-  if (!s.analysed) s.factor.analyzePattern(matrix);
-  s.analysed = true;
-  s.factor.factorize(matrix);
-  run.check();
-
-  Vector t(2 * n);
+  const Frames frames = s.frames(positions, v.normal);
+  const std::vector<Strain> strains = s.strains(positions, v.normal, v.normal_speed, frames, run);
+  Vector guide(2 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    Vec3 a, b;
-    tangents(v.normal[k], a, b);
-    t[2 * i] = a.dot(v.velocity[k]);
-    t[2 * i + 1] = b.dot(v.velocity[k]);
+    guide[2 * i] = frames.first[k].dot(v.velocity[k]);
+    guide[2 * i + 1] = frames.second[k].dot(v.velocity[k]);
   }
-  bool good = s.factor.info() == Eigen::Success;
-  for (int round = 0; round < kRounds && good; ++round) {
-    Vector residual = Vector::Zero(2 * n);
-    Vector size = Vector::Zero(2 * n);
-    for (const Strain& e : strains) {
-      e.add_to(residual, -e.weight * (e.rows.transpose() * e.of(t)));
-      const Vec3 most = e.constant.cwiseAbs() + e.rows.cwiseAbs() * e.local(t).cwiseAbs();
-      e.add_to(size, e.weight * (e.rows.cwiseAbs().transpose() * most));
-    }
-    // Nothing but rounding left: solving for it would only feed it into the directions that strain leaves open.
-    if (residual.norm() <= kRounding * size.norm()) break;
-    t += s.factor.solve(residual);
-    good = t.allFinite();
+  run.check();
+  Vector t = guide;
+  bool good = s.factorised && s.improve(strains, t);
+  if (!good) {
+    s.shape = {{positions.begin(), positions.end()}, v.normal};
+    t = guide;
+    good = s.factorise();
+    run.check();
+    if (good) s.improve(strains, t);
   }
+  good = good && t.allFinite();
   double strain = 0;
   double total = 0;
   for (const Strain& e : strains) {
@@ -187,10 +264,8 @@ double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, co
   for (std::size_t i = 0; i < s.vertices; ++i) {
     if (!good) v.confidence[i] = 0;
     if (!good || v.singular[i] != 0) continue;
-    Vec3 a, b;
-    tangents(v.normal[i], a, b);
     const auto k = static_cast<Eigen::Index>(2 * i);
-    v.velocity[i] = v.normal_speed[i] * v.normal[i] + t[k] * a + t[k + 1] * b;
+    v.velocity[i] = v.normal_speed[i] * v.normal[i] + t[k] * frames.first[i] + t[k + 1] * frames.second[i];
   }
   return good && total > 0 ? std::sqrt(strain / total) : 0;
 }

@@ -14,11 +14,14 @@ namespace meniscus::motion {
 /// minimises Σ A |ε|² over the triangles, ε the rate of strain within a triangle's plane. A triangle resists being flattened
 /// the more the thinner it is; one whose corners' normals are over 60° apart holds a crease and does not resist.
 ///
-/// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
-/// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four
-/// rounds of iterated Tikhonov regularisation: a rigid motion comes out to 1e-8 wherever the shape determines it.
+/// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the system is
+/// solved by conjugate gradients from the guide on, preconditioned by a factorisation of the energy with the term
+/// 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area. So a rigid motion comes out to 1e-8 wherever the shape determines
+/// it, and nothing is added that costs no strain.
 ///
-/// One sparse LDLᵀ factorisation a call, about O(V^1.5); its pattern is analysed once. One thread; deterministic.
+/// The factorisation (sparse LDLᵀ, about O(V^1.5)) is made at the first shape and again when a shape has become so different
+/// that twelve iterations do not do; turning and moving the whole does not make a shape different. Otherwise linear cost.
+/// Deterministic: the result depends on the arguments and factorised_at() alone.
 class IsometricSolver {
  public:
   /// For meshes with these triangles. Throws InvalidInput for an index out of range.
@@ -26,6 +29,15 @@ class IsometricSolver {
   ~IsometricSolver();
   IsometricSolver(IsometricSolver&&) noexcept;
   IsometricSolver& operator=(IsometricSolver&&) noexcept;
+
+  /// A shape of the mesh: positions and unit normals of its vertices.
+  struct Shape {
+    std::vector<Vec3> positions, normals;
+  };
+  /// Where the factorisation was made; empty before the first.
+  const Shape& factorised_at() const;
+  /// Makes it there. Throws InvalidInput for a wrong count.
+  void factorise(Shape shape);
 
   /// Replaces the tangential parts of `v` (velocities of kind Blended at `positions`, the guide) by those of least strain.
   /// Returns the root mean square of |ε| by area, per second; leaves `v` as it is, confidence 0, if the system cannot be

@@ -165,10 +165,18 @@ void MeshTracker::measure_references() {
       references_.lengths.push_back((mesh_.positions[static_cast<std::size_t>(j)] - mesh_.positions[i]).norm());
 }
 
-void MeshTracker::set_references(References references) {
+References MeshTracker::references() const {
+  return {references_.lengths, references_.areas, solver_ ? solver_->factorised_at() : IsometricSolver::Shape{}};
+}
+
+void MeshTracker::set_references(References references, const field::Field& field, const RunControl& run) {
   if (references.lengths.size() != references_.lengths.size() || references.areas.size() != references_.areas.size())
     throw InvalidInput("the references are those of another mesh");
   references_ = std::move(references);
+  if (!references_.factorised.positions.empty()) solver_.emplace(mesh_).factorise(std::move(references_.factorised));
+  references_.factorised = {};
+  velocities_ = evaluate(field, mesh_.positions, run);
+  write_attributes();
 }
 
 void MeshTracker::replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_vertices,
@@ -310,6 +318,7 @@ StepReport MeshTracker::measures() const {
 void MeshTracker::write_attributes() {
   mesh_.attributes.set(attribute::kNormal, 3, flat(velocities_.normal));
   mesh_.attributes.set(attribute::kVelocity, 3, flat(velocities_.velocity));
+  mesh_.attributes.set_integers(kSingular, 1, {velocities_.singular.begin(), velocities_.singular.end()});
 }
 
 PointTracker::PointTracker(points::Cloud cloud, const field::Field& field, double time, double spacing,
@@ -317,8 +326,13 @@ PointTracker::PointTracker(points::Cloud cloud, const field::Field& field, doubl
     : cloud_(std::move(cloud)), options_(options), time_(time), spacing_(spacing) {
   if (!(std::isfinite(spacing) && spacing > 0)) throw InvalidInput("the spacing must be above zero");
   velocities_ = motion::velocities(field, cloud_.positions, options_.velocity, run);
+  write_attributes();
+}
+
+void PointTracker::write_attributes() {
   cloud_.attributes.set(attribute::kNormal, 3, flat(velocities_.normal));
   cloud_.attributes.set(attribute::kVelocity, 3, flat(velocities_.velocity));
+  cloud_.attributes.set_integers(kSingular, 1, {velocities_.singular.begin(), velocities_.singular.end()});
 }
 
 StepReport PointTracker::advance(PoseAt pose, double to, const RunControl& run) {
@@ -342,8 +356,7 @@ StepReport PointTracker::advance(PoseAt pose, double to, const RunControl& run) 
     cloud_ = points::gathered(cloud_, kept);
   }
   velocities_ = motion::velocities(field, cloud_.positions, options_.velocity, run);
-  cloud_.attributes.set(attribute::kNormal, 3, flat(velocities_.normal));
-  cloud_.attributes.set(attribute::kVelocity, 3, flat(velocities_.velocity));
+  write_attributes();
   StepReport report = measures();
   report.lost = count_lost;
   report.seconds_velocity = clock.seconds();

@@ -10,6 +10,7 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace meniscus::motion {
@@ -51,14 +52,19 @@ std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::s
 /// projection. The first `fixed` vertices stay where they are.
 void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run = {}, std::size_t fixed = 0);
 
-/// What distortion is measured against and fairing goes back to: the mesh as it was when tracking began.
+/// What later steps depend on beside the mesh of the moment: what distortion is measured against and fairing goes back to
+/// (the mesh as it was when tracking began), and the solver's shape.
 struct References {
-  std::vector<double> lengths;  ///< of the edges at each vertex, vertex by vertex, by rising neighbour
-  std::vector<double> areas;    ///< of triangles
+  std::vector<double> lengths;             ///< of the edges at each vertex, vertex by vertex, by rising neighbour
+  std::vector<double> areas;               ///< of triangles
+  IsometricSolver::Shape factorised = {};  ///< where isometric velocities have their factorisation; empty for others
 };
 
-/// Carries the vertices of a mesh along a moving surface. Connectivity and attributes stay; attributes "N" (unit normal) and
-/// "v" (world units per second) are those of the vertices as they are now.
+/// Attribute of tracked meshes and points: 1 where Velocities::singular holds, so that v_n is bounded and not exact.
+inline constexpr std::string_view kSingular = "singular";
+
+/// Carries the vertices of a mesh along a moving surface. Connectivity and attributes stay; attributes "N" (unit normal),
+/// "v" (world units per second) and "singular" are those of the vertices as they are now.
 class MeshTracker {
  public:
   /// `mesh` lies on the surface of `field` as posed at time `time`.
@@ -74,9 +80,10 @@ class MeshTracker {
   void replace(mesh::Mesh mesh, std::span<const std::int32_t> kept_vertices, std::span<const std::int32_t> kept_triangles,
                const field::Field& field, const RunControl& run = {});
 
-  const References& references() const { return references_; }
-  /// Goes on with references of an earlier tracker of the same triangles. Throws InvalidInput for a wrong count.
-  void set_references(References references);
+  References references() const;
+  /// Goes on as an earlier tracker with the same mesh and these references would have. Throws InvalidInput for a wrong
+  /// count.
+  void set_references(References references, const field::Field& field, const RunControl& run = {});
 
   const mesh::Mesh& mesh() const { return mesh_; }
   const Velocities& velocities() const { return velocities_; }
@@ -118,6 +125,8 @@ class PointTracker {
   StepReport measures() const;
 
  private:
+  void write_attributes();
+
   points::Cloud cloud_;
   TrackerOptions options_;
   double time_;

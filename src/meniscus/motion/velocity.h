@@ -25,7 +25,8 @@ struct VelocityOptions {
   /// point is `singular` and its normal speed at most |F_t|/(resolution |H|). Not given: 1e-4 of the diameter of the points.
   std::optional<double> resolution = {};
   /// Speed of the fastest primitive, world units per second: `Total` never has a tangential part more than twice as fast.
-  /// Not given: the largest material speed at the points (the largest normal speed where nothing says how material moves).
+  /// Not given: the largest material speed at the points, which is a weighted mean of the primitives' and so never more
+  /// than the fastest one's (the largest normal speed where nothing says how material moves).
   std::optional<double> fastest = {};
   /// Neighbours that a point of a set is fitted with for `Isometric`.
   std::size_t neighbours = 48;

@@ -21,6 +21,7 @@ namespace meniscus::scene {
 namespace {
 
 constexpr std::string_view kRest = "rest";
+constexpr double kResolution = 0.25;  // of a voxel
 constexpr std::size_t kFolded = 100;  // a mesh with one triangle in so many turned over is done with
 
 /// What tells surfaces apart that no motion carries into one another.
@@ -96,6 +97,13 @@ class TrackJob {
   bool stretched(const RunControl& run) const;
   void mend(TrackJobFrame& out, const RunControl& run);
 
+  /// A mesh says nothing of what is smaller than a fraction of its cells.
+  motion::TrackerOptions tracking() const {
+    motion::TrackerOptions options = options_.tracker;
+    if (!options.velocity.resolution && voxel_ > 0) options.velocity.resolution = kResolution * voxel_;
+    return options;
+  }
+
   const SurfaceSource& source_;
   const TrackJobOptions& options_;
   Surface surface_;
@@ -159,7 +167,7 @@ TrackJobFrame TrackJob::start(long frame, const RunControl& run) {
   motion::fair(*surface_.field, mesh, options_.first_fairing, run);
   mesh.attributes = first_attributes(mesh.positions, options_.checker);
   number(mesh.attributes, 0, mesh.positions.size());
-  mesh_.emplace(std::move(mesh), *surface_.field, time_of(frame), options_.tracker, run);
+  mesh_.emplace(std::move(mesh), *surface_.field, time_of(frame), tracking(), run);
   out.step = mesh_->measures();
   return out;
 }
@@ -169,7 +177,7 @@ void TrackJob::start_points(double time, const RunControl& run) {
   points::Cloud cloud = population.first(run);
   cloud.attributes = first_attributes(cloud.positions, options_.checker);
   number(cloud.attributes, 0, cloud.size());
-  points_.emplace(std::move(cloud), *surface_.field, time, voxel_ > 0 ? voxel_ : 1, options_.tracker, run);
+  points_.emplace(std::move(cloud), *surface_.field, time, voxel_ > 0 ? voxel_ : 1, tracking(), run);
 }
 
 template <class Tracker>
@@ -250,7 +258,7 @@ TrackJobFrame TrackJob::advance_points(long frame, const RunControl& run) {
   if (!now && out.born == 0) return out;
   if (points_->cloud().empty()) cloud.attributes = first_attributes(cloud.positions, options_.checker);
   number(cloud.attributes, out.kept, cloud.size());
-  points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_, options_.tracker, run);
+  points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_, tracking(), run);
   const motion::StepReport step = out.step;
   out.step = points_->measures();
   out.step.lost = step.lost;
@@ -277,11 +285,11 @@ void TrackJob::resume(long frame, TrackState state, const RunControl& run) {
   steps_ = state.steps;
   if (options_.points) {
     points::Cloud cloud{std::move(state.mesh.positions), std::move(state.mesh.attributes)};
-    points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_ > 0 ? voxel_ : 1, options_.tracker, run);
+    points_.emplace(std::move(cloud), *surface_.field, time_of(frame), voxel_ > 0 ? voxel_ : 1, tracking(), run);
     return;
   }
-  mesh_.emplace(std::move(state.mesh), *surface_.field, time_of(frame), options_.tracker, run);
-  mesh_->set_references(std::move(state.references));
+  mesh_.emplace(std::move(state.mesh), *surface_.field, time_of(frame), tracking(), run);
+  mesh_->set_references(std::move(state.references), *surface_.field, run);
 }
 
 /// Everything that determines the frames, as text: what a manifest compares.

@@ -11,6 +11,20 @@ namespace {
 
 using nlohmann::json;
 
+json to_json(const std::vector<Vec3>& vectors) {
+  std::vector<double> flat;
+  flat.reserve(3 * vectors.size());
+  for (const Vec3& v : vectors) flat.insert(flat.end(), {v.x(), v.y(), v.z()});
+  return flat;
+}
+
+std::vector<Vec3> vectors_from(const json& j) {
+  const auto flat = j.get<std::vector<double>>();
+  std::vector<Vec3> vectors;
+  for (std::size_t i = 0; i + 2 < flat.size(); i += 3) vectors.emplace_back(flat[i], flat[i + 1], flat[i + 2]);
+  return vectors;
+}
+
 json to_json(const Attributes& attributes) {
   json list = json::array();
   for (const Attribute& a : attributes)
@@ -36,11 +50,12 @@ Attributes attributes_from(const json& list) {
 
 TrackState state_from(const json& j) {
   TrackState state;
-  const auto flat = j.at("positions").get<std::vector<double>>();
-  for (std::size_t i = 0; i + 2 < flat.size(); i += 3) state.mesh.positions.emplace_back(flat[i], flat[i + 1], flat[i + 2]);
+  state.mesh.positions = vectors_from(j.at("positions"));
   state.mesh.triangles = j.at("triangles").get<std::vector<Triangle>>();
   state.mesh.attributes = attributes_from(j.at("attributes"));
-  state.references = {j.at("lengths").get<std::vector<double>>(), j.at("areas").get<std::vector<double>>()};
+  state.references = {j.at("lengths").get<std::vector<double>>(),
+                      j.at("areas").get<std::vector<double>>(),
+                      {vectors_from(j.at("factorised").at(0)), vectors_from(j.at("factorised").at(1))}};
   state.next_id = j.at("next_id").get<std::int64_t>();
   state.steps = j.at("steps").get<std::int64_t>();
   return state;
@@ -49,14 +64,13 @@ TrackState state_from(const json& j) {
 }  // namespace
 
 void save_track_state(const std::string& path, const TrackState& state, const io::WriteOptions& options) {
-  std::vector<double> flat;
-  flat.reserve(3 * state.mesh.positions.size());
-  for (const Vec3& p : state.mesh.positions) flat.insert(flat.end(), {p.x(), p.y(), p.z()});
-  const json j{{"positions", std::move(flat)},
+  const auto& shape = state.references.factorised;
+  const json j{{"positions", to_json(state.mesh.positions)},
                {"triangles", state.mesh.triangles},
                {"attributes", to_json(state.mesh.attributes)},
                {"lengths", state.references.lengths},
                {"areas", state.references.areas},
+               {"factorised", json::array({to_json(shape.positions), to_json(shape.normals)})},
                {"next_id", state.next_id},
                {"steps", state.steps}};
   const std::vector<std::uint8_t> bytes = json::to_cbor(j);
