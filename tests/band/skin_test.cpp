@@ -1,4 +1,5 @@
 #include "support.h"
+#include "support/colliding_drops.h"
 
 #include <meniscus/band/skin.h>
 #include <meniscus/base/error.h>
@@ -69,6 +70,31 @@ TEST(Skin, IsCalmAndKeepsVolumeThroughAMerge) {
   EXPECT_EQ(parts, 1u);
   EXPECT_LT(worst, 0.005);
   EXPECT_LT(flicker, 0.15);
+}
+
+TEST(Skin, EveryComponentHoldsItsVolumeThroughACollision) {
+  meniscus::test::CollidingDrops drops(3, 2.5, 0.12);
+  Skin skin(settings());
+  std::vector<double> start;
+  std::size_t parts = 2;
+  for (int f = 0; f < 30; ++f) {
+    const SkinReport r = skin.advance(drops.cloud(), 1);
+    EXPECT_LT(r.worst_volume_error, 0.005) << f;
+    const std::vector<Component>& now = skin.components();
+    if (f == 0)
+      for (const Component& c : now) start.push_back(c.volume);
+    ASSERT_EQ(start.size(), 2u);
+    // Two for a while, one from then on: each holds what it began with, the merged one the sum.
+    ASSERT_TRUE(now.size() == parts || now.size() == 1) << f;
+    parts = now.size();
+    if (parts == 1) {
+      EXPECT_NEAR(now[0].volume / (start[0] + start[1]), 1, 0.005) << f;
+    } else {
+      for (int i = 0; i < 2; ++i) EXPECT_NEAR(now[i].volume / start[i], 1, 0.005) << f;
+    }
+    drops.advance();
+  }
+  EXPECT_EQ(parts, 1u);
 }
 
 TEST(Skin, VelocityOfADropInFlightIsItsOwn) {

@@ -152,6 +152,45 @@ TEST(MorphVerb, TurnsABallIntoARing) {
   EXPECT_EQ(last["check"][0]["euler"], 0);
 }
 
+TEST(MorphVerb, NeedsNoChangeOfTopologyToGrowSixLobes) {
+  const Scratch s;
+  const auto r = meniscus_program("morph " + kScenes + "ball.json " + kScenes +
+                                  "six_lobes.json --frames 8 --voxel 0.1 -q -o " + (s / "m.####.ply"));
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto frames = nlohmann::json::parse(meniscus_program("check --json '" + (s / "m.####.ply") + "'").out)["check"];
+  ASSERT_EQ(frames.size(), 8u);
+  for (const auto& f : frames) EXPECT_TRUE(f["good"] && f["components"] == 1 && f["euler"] == 2) << f;
+}
+
+TEST(MorphVerb, SixLobesPartIntoTwoSpheres) {
+  const Scratch s;
+  const auto r =
+      meniscus_program("morph " + kScenes + "six_lobes.json " + kScenes +
+                       "two_spheres.json --frames 12 --voxel 0.1 --tension 0.05 --json -q -o " + (s / "m.####.ply"));
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto report = nlohmann::json::parse(r.out);
+  EXPECT_EQ(report["frames"].front()["components"], 1);
+  EXPECT_EQ(report["frames"].back()["components"], 2);
+  EXPECT_LT(report["frames"].back()["distance_to_goal"].get<double>(), 0.1);
+  EXPECT_NEAR(report["frames"].back()["volume"].get<double>(), 2 * 4.0 / 3 * 3.14159265 * 0.216,
+              0.036);  // 2 %: the radius is six voxels
+  EXPECT_EQ(warning(report, "no-overlap"), "");
+  EXPECT_EQ(meniscus_program("check '" + (s / "m.####.ply") + "'").code, 0);
+}
+
+TEST(MorphVerb, SaysThatShapesDoNotMeet) {
+  const Scratch s;
+  write(s / "far.json",
+        R"({"format":"meniscus.scene","version":1,"surface":{"type":"sphere","center":[4,0,0],"radius":1}})");
+  const auto r = meniscus_program("morph " + kScenes + "ball.json " + (s / "far.json") +
+                                  " --frames 5 --voxel 0.12 --json -q -o " + (s / "m.####.ply"));
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto report = nlohmann::json::parse(r.out);
+  EXPECT_NE(warning(report, "no-overlap").find("grow"), std::string::npos);
+  EXPECT_EQ(report["frames"].back()["components"], 1);
+  EXPECT_NEAR(report["frames"].back()["volume"].get<double>(), 4.0 / 3 * 3.14159265, 0.05);
+}
+
 TEST(SampleVerb, ExactCountEvenAndOnTheSurface) {
   const Scratch s;
   const auto r = meniscus_program("sample " + kScenes + "three_blobs.json --count 500 --json -q -o " + (s / "p.ply"));

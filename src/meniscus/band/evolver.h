@@ -37,6 +37,7 @@ class Evolver {
   void add(std::shared_ptr<Strategy> strategy) { strategies_.push_back(std::move(strategy)); }
   /// β from now on; see EvolverOptions::tension.
   void set_tension(double beta) { options_.tension = beta; }
+  double tension() const { return options_.tension; }
   void clear_strategies() { strategies_.clear(); }
 
   /// Moves the surface through `duration` seconds from `time`, in steps of at most `max_step`. On any exception the surface

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace meniscus::band {
@@ -34,8 +35,19 @@ namespace {
 constexpr int kSettleFrames = 4;            // of relaxation before the first frame
 constexpr std::size_t kResidualStride = 8;  // of crossings: a mean needs no more
 
-/// Mean second difference in time over nodes within a voxel of the middle surface, in voxels.
-double flicker_of(const Band& a, const Band& b, const Band& c, const RunControl& run) {
+/// A band of spheres.
+Band spheres(const std::vector<Vec3>& centre, const std::vector<double>& radius, double voxel, const RunControl& run) {
+  ParticleState s;
+  s.position = centre;
+  s.radius = radius;
+  s.velocity.assign(centre.size(), Vec3::Zero());
+  s.weight.assign(centre.size(), 1);
+  return ParticleSurface(s, {}, run).band(voxel, 1u << 20, run);
+}
+
+}  // namespace
+
+double flicker(const Band& a, const Band& b, const Band& c, const RunControl& run) {
   struct Sum {
     double total = 0, count = 0;
   };
@@ -62,18 +74,6 @@ double flicker_of(const Band& a, const Band& b, const Band& c, const RunControl&
       });
   return s.count > 0 ? s.total / s.count / b.voxel() : 0;
 }
-
-/// A band of spheres.
-Band spheres(const std::vector<Vec3>& centre, const std::vector<double>& radius, double voxel, const RunControl& run) {
-  ParticleState s;
-  s.position = centre;
-  s.radius = radius;
-  s.velocity.assign(centre.size(), Vec3::Zero());
-  s.weight.assign(centre.size(), 1);
-  return ParticleSurface(s, {}, run).band(voxel, 1u << 20, run);
-}
-
-}  // namespace
 
 Skin::Skin(SkinOptions options) : options_(std::move(options)), voxel_(options_.voxel.value_or(0.5 * options_.radius)) {
   const auto positive = [](double v, const char* what) {
@@ -116,7 +116,7 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   set_strategies(frame_duration);
   pull_->surface = surface;
   if (options_.hold_volume) evolver_->hold_present_volumes(true, run);
-  report.steps = evolver_->advance(0, kSettleFrames * frame_duration, std::numeric_limits<double>::infinity(), run).steps;
+  live(kSettleFrames * frame_duration, report, run);
   bound(*surface, run);
 
   const ParticleState& s = now_.state;
@@ -156,10 +156,7 @@ SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, 
       before_ = evolver_->band();
       before_step_ = frame_duration / substeps;
       report.seeded += seed(*surface, run);
-      const AdvanceReport moved =
-          evolver_->advance(i * before_step_, before_step_, std::numeric_limits<double>::infinity(), run);
-      report.steps += moved.steps;
-      report.max_courant = std::max(report.max_courant, moved.max_courant);
+      live(before_step_, report, run);
       bound(*surface, run);
     }
     report.substeps = substeps;
@@ -173,6 +170,18 @@ SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, 
   } catch (...) {
     *evolver_ = good;
     throw;
+  }
+}
+
+/// Lets the strategies and the tension act. Tension shrinks a small drop faster than the held volume may push within a step:
+/// the volume is settled before much of it is gone.
+void Skin::live(double duration, SkinReport& report, const RunControl& run) {
+  const double parts = std::clamp(std::ceil(evolver_->tension() * duration / (6 * voxel_ * voxel_)), 1.0, 100.0);
+  for (int i = 0; i < static_cast<int>(parts); ++i) {
+    const AdvanceReport moved = evolver_->advance(0, duration / parts, std::numeric_limits<double>::infinity(), run);
+    report.steps += moved.steps;
+    report.max_courant = std::max(report.max_courant, moved.max_courant);
+    if (options_.hold_volume && i + 1 < static_cast<int>(parts)) evolver_->settle_volumes(run);
   }
 }
 
@@ -232,7 +241,7 @@ void Skin::finish(const ParticleSurface& surface, SkinReport& report, const RunC
   report.active_nodes = b.active_nodes();
   report.particles = now_.state.size();
   report.dropped = now_.dropped;
-  if (last_ && second_last_) report.flicker = flicker_of(*second_last_, *last_, b, run);
+  if (last_ && second_last_) report.flicker = flicker(*second_last_, *last_, b, run);
   double off = 0;
   std::size_t counted = 0;
   for (const Vec3& x : thrown_) {

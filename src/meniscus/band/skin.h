@@ -54,6 +54,9 @@ struct SkinReport {
   std::size_t lost = 0;  ///< particles of their own, off the body, that no skin is near: eaten, or too small for the grid
 };
 
+/// How much a surface trembles over three frames: mean |φa - 2φb + φc| / voxel over nodes within a voxel of the middle one.
+double flicker(const Band& a, const Band& b, const Band& c, const RunControl& run = {});
+
 /// An active implicit surface over a particle sequence [DC98]: smooth, steady in time, volume-keeping. The skin of a frame
 /// starts from the skin of the frame before.
 class Skin {
@@ -90,6 +93,7 @@ class Skin {
   std::shared_ptr<ParticleSurface> target(const ParticleState& particles, const RunControl& run) const;
   void set_strategies(double frame_duration);
   void finish(const ParticleSurface& surface, SkinReport& report, const RunControl& run);
+  void live(double duration, SkinReport& report, const RunControl& run);
   std::size_t seed(const ParticleSurface& surface, const RunControl& run);
   void bound(const ParticleSurface& surface, const RunControl& run);
   void adopt_births(const ParticleFrame& next, std::size_t matched, bool seeded, const RunControl& run);
