@@ -86,6 +86,19 @@ TEST(Normals, OfAThinPlateDifferBetweenItsSides) {
   }
 }
 
+TEST(Normals, OfAThinPlateWithoutARimDifferBetweenItsSidesToo) {
+  // Nothing but the edges of both sheets leads from side to side.
+  points::Cloud plate = test::plate(1, 0.1, 0.05);
+  std::vector<std::size_t> sides;
+  for (std::size_t i = 0; i < plate.size(); ++i)
+    if (std::abs(std::abs(plate.positions[i].z()) - 0.05) < 1e-9) sides.push_back(i);
+  const points::Cloud cloud = points::gathered(without_normals(plate), sides);
+  const auto normals = normals_of(with_normals(cloud));
+  std::size_t turned = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) turned += normals[i].z() * cloud.positions[i].z() <= 0;
+  EXPECT_LT(turned, cloud.size() / 50);
+}
+
 TEST(Normals, WithstandNoise) {
   const auto at_noise = [](double share) {
     points::Cloud cloud = without_normals(test::sphere(5000));

@@ -19,24 +19,15 @@ constexpr double kLook = 3.5;
 constexpr std::size_t kMostNeighbours = 48;
 constexpr double kSameSheet = 0.3;  // cosine of the angle between normals
 
-/// A corner of a Voronoi cell that begins as a square frame.
-struct Corner {
-  Vec2 place;
-  bool closed;  // made by neighbours alone
-  bool frame;   // the edge to the next corner is the frame's
-};
-
-/// Cuts off what is nearer to `other` than to the origin.
-void cut(std::vector<Corner>& cell, const Vec2& other, std::vector<Corner>& scratch) {
+/// Cuts off of a convex cell, given by its corners, what is nearer to `other` than to the origin.
+void cut(std::vector<Vec2>& cell, const Vec2& other, std::vector<Vec2>& scratch) {
   const double middle = 0.5 * other.squaredNorm();
   scratch.clear();
   for (std::size_t i = 0; i < cell.size(); ++i) {
-    const Corner &a = cell[i], &b = cell[(i + 1) % cell.size()];
-    const double da = other.dot(a.place) - middle, db = other.dot(b.place) - middle;
+    const Vec2 &a = cell[i], &b = cell[(i + 1) % cell.size()];
+    const double da = other.dot(a) - middle, db = other.dot(b) - middle;
     if (da <= 0) scratch.push_back(a);
-    if ((da <= 0) == (db <= 0)) continue;
-    const Vec2 place = a.place + da / (da - db) * (b.place - a.place);
-    scratch.push_back({place, !a.frame, da > 0 && a.frame});
+    if ((da <= 0) != (db <= 0)) scratch.emplace_back(a + da / (da - db) * (b - a));
   }
   std::swap(cell, scratch);
 }
@@ -46,9 +37,9 @@ std::optional<Vec3> largest_gap(const PointSet& set, const points::NeighbourSear
   const double look = kLook * spacing;
   search.nearest(set.position(i), kMostNeighbours, near);
   const Frame frame = frame_about(set.normal(i));
-  std::vector<Corner> cell, scratch;
+  std::vector<Vec2> cell, scratch;
   for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
-    cell.push_back({look * Vec2(x, y), false, true});
+    cell.emplace_back(look * x, look * y);
   for (const points::Neighbour& n : near) {
     if (n.index == i || n.squared_distance > look * look) continue;
     if (set.normal(n.index).dot(frame.w) < kSameSheet) continue;
@@ -58,18 +49,15 @@ std::optional<Vec3> largest_gap(const PointSet& set, const points::NeighbourSear
     const double length = flat.norm();
     if (length > 0.3 * d.norm()) cut(cell, flat * (d.norm() / length), scratch);
   }
-  double largest = kGap * kGap * spacing * spacing;
-  std::optional<Vec3> gap;
-  for (const Corner& c : cell) {
-    if (!c.closed) return std::nullopt;
-    if (c.place.squaredNorm() <= largest) continue;
-    largest = c.place.squaredNorm();
-    gap = set.position(i) + c.place.x() * frame.u + c.place.y() * frame.v;
-  }
-  if (!gap || largest > std::pow(kWidest * spacing, 2)) return std::nullopt;
+  const Vec2 corner = *std::max_element(cell.begin(), cell.end(),
+                                        [](const Vec2& a, const Vec2& b) { return a.squaredNorm() < b.squaredNorm(); });
+  // A cell that neighbours do not close keeps corners of the square, which is wider than the widest gap.
+  const double radius = corner.norm() / spacing;
+  if (radius < kGap || radius > kWidest) return std::nullopt;
+  const Vec3 gap = set.position(i) + corner.x() * frame.u + corner.y() * frame.v;
   const Vec3 border = set.border(i);
-  const bool beyond = !border.isZero() && border.dot(*gap - set.position(i)) > border.squaredNorm();
-  return beyond ? std::nullopt : gap;
+  const bool beyond = !border.isZero() && border.dot(gap - set.position(i)) > border.squaredNorm();
+  return beyond ? std::nullopt : std::optional<Vec3>(gap);
 }
 
 }  // namespace
