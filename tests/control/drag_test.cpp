@@ -311,6 +311,23 @@ TEST(Drag, NoParametersInReachIsSaid) {
   EXPECT_EQ(session.controls()[0].position, Vec3(1, 0, 0)) << "the control stays with the surface";
 }
 
+TEST(Drag, APartWithoutParametersInReachIsSaidAndTheRestStays) {
+  field::Inputs inputs;
+  for (const double x : {0.0, 5.0}) inputs.push_back(field::sphere({Number(x), Number(0.0), Number(0.0)}, Number(1.0)));
+  const auto f = field::set_union(std::move(inputs));
+  const std::vector<double> before = values(*f);
+  DragOptions o;
+  o.freeze = {"inputs[1]"};
+  ControlSession session(*f, o);
+  session.add({5, 1, 0}, true);
+  session.aim(0, {5, 1.4, 0});
+  const StepReport r = session.run();
+  EXPECT_EQ(r.outcome, Outcome::Unchanged);
+  EXPECT_EQ(r.status, Status::NoParameters);
+  EXPECT_EQ(r.parameters, 4u) << "there are some, elsewhere";
+  EXPECT_EQ(values(*f), before);
+}
+
 TEST(Drag, WhatFollowsSeesTheOldPoseWithRates) {
   const auto f = ball();
   ControlSession session(*f);
