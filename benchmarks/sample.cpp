@@ -1,12 +1,15 @@
 // Even points on an implicit surface, from nothing: spread() against CGAL make_surface_mesh on the same functions in one
 // run. A step of floaters: neighbour grid against all pairs, and how it grows with their number, on 2 and on 1,000 blobs.
 // Usage: bench_sample [--json FILE] [--points N] [--full]
+//        bench_sample --seeds N [--mesh FILE]: evenness alone, the worst of N seeds on each surface and on a mesh
 #include <meniscus/base/random.h>
 #include <meniscus/field/blobs.h>
+#include <meniscus/field/expression.h>
 #include <meniscus/field/primitives.h>
 #include <meniscus/sample/floaters.h>
 #include <meniscus/sample/repulsion.h>
 #include <meniscus/sample/spread.h>
+#include <meniscus/scene/file_field.h>
 
 #include <CGAL/Complex_2_in_triangulation_3.h>
 #include <CGAL/Implicit_surface_3.h>
@@ -141,6 +144,58 @@ nlohmann::json even_points(double count) {
   return rows;
 }
 
+// ---- evenness over seeds ----
+
+struct EvenCase {
+  std::string name;
+  std::unique_ptr<field::Field> field;
+  Box box;
+  std::vector<std::size_t> counts;
+};
+
+std::vector<EvenCase> even_cases(const std::string& mesh) {
+  std::vector<EvenCase> list;
+  for (Case& c : shapes()) list.push_back({c.name, std::move(c.field), Box::around(Vec3::Zero(), 1.7), {1000, 5000, 20000}});
+  list.front().counts = {100, 500, 1000};
+  list.push_back({"gyroid patch",
+                  std::make_unique<field::Expression>("sin(3*x)*cos(3*y) + sin(3*y)*cos(3*z) + sin(3*z)*cos(3*x)"),
+                  Box::around(Vec3::Zero(), 1),
+                  {1000, 5000, 20000}});
+  if (mesh.empty()) return list;
+  auto surface = scene::field_from_mesh(mesh, {}, {});
+  const Box bounds = surface->bounds();
+  list.push_back({"mesh", std::move(surface), bounds.padded(0.02 * bounds.diameter()), {2000, 5000, 10000, 20000}});
+  return list;
+}
+
+nlohmann::json even_over_seeds(int seeds, const std::string& mesh) {
+  std::printf(
+      "## The worst of %d seeds\n\n| surface | points | packing | cover | cv | not the count | CPU µs per point "
+      "|\n|---|---|---|---|---|---|---|\n",
+      seeds);
+  nlohmann::json rows;
+  for (const EvenCase& c : even_cases(mesh))
+    for (const std::size_t count : c.counts) {
+      double packing = 1e9, cover = 0, cv = 0, cpu = 0;
+      int missed = 0;
+      for (int seed = 0; seed < seeds; ++seed) {
+        sample::SpreadReport r;
+        const RunControl run({.threads = {}, .seed = static_cast<std::uint64_t>(seed), .on_progress = {}});
+        cpu += measure([&] { r = sample::spread(*c.field, c.box, {.count = count}, run).report; }).cpu_seconds;
+        packing = std::min(packing, r.evenness.packing);
+        cover = std::max(cover, r.evenness.cover);
+        cv = std::max(cv, r.evenness.cv);
+        missed += r.evenness.count != count;
+      }
+      const double micro = 1e6 * cpu / seeds / static_cast<double>(count);
+      std::printf("| %s | %zu | %.3f | %.3f | %.3f | %d | %.0f |\n", c.name.c_str(), count, packing, cover, cv, missed,
+                  micro);
+      std::fflush(stdout);
+      rows.push_back({{"surface", c.name}, {"points", count}, {"packing", packing}, {"cover", cover}, {"cv", cv}});
+    }
+  return rows;
+}
+
 // ---- steps ----
 
 std::unique_ptr<field::Field> blob_scene(std::size_t blobs) {
@@ -223,14 +278,21 @@ nlohmann::json steps(bool full) {
 int main(int argc, char** argv) {
   double points = 20000;
   bool full = false;
-  std::string json;
+  int seeds = 0;
+  std::string json, mesh;
   for (int i = 1; i < argc; ++i) {
+    if (i + 1 < argc && std::strcmp(argv[i], "--seeds") == 0) seeds = std::stoi(argv[i + 1]);
+    if (i + 1 < argc && std::strcmp(argv[i], "--mesh") == 0) mesh = argv[i + 1];
     if (std::strcmp(argv[i], "--full") == 0) full = true;
     if (i + 1 < argc && std::strcmp(argv[i], "--points") == 0) points = std::stod(argv[i + 1]);
     if (i + 1 < argc && std::strcmp(argv[i], "--json") == 0) json = argv[i + 1];
   }
   nlohmann::json out;
-  out["even_points"] = even_points(points);
-  out["steps"] = steps(full);
+  if (seeds > 0) {
+    out["even_over_seeds"] = even_over_seeds(seeds, mesh);
+  } else {
+    out["even_points"] = even_points(points);
+    out["steps"] = steps(full);
+  }
   if (!json.empty()) std::ofstream(json) << out.dump(2) << "\n";
 }

@@ -129,8 +129,13 @@ class Follower {
     s.evenness = floaters_->measured(field);
     s.steps = kStepsPerFrame;
     s.state = floaters_->capped() ? "population-cap" : s.cloud.empty() ? "no-surface" : "following";
-    session_.report()["frames"].push_back(
-        {{"count", s.cloud.size()}, {"born", born}, {"died", died}, {"lost", lost}, {"packing", s.evenness.packing}});
+    session_.report()["frames"].push_back({{"count", s.cloud.size()},
+                                           {"born", born},
+                                           {"died", died},
+                                           {"lost", lost},
+                                           {"packing", s.evenness.packing},
+                                           {"cover", s.evenness.cover},
+                                           {"cv", s.evenness.cv}});
     // The field's own rates carry the particles to the next frame.
     if (field.moving()) floaters_->step(field, seconds_per_frame);
     return s;

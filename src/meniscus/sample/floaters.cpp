@@ -18,13 +18,15 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kOnSurface = 1e-12;       // of the box diameter
-constexpr double kSkin = 0.4;              // radii that neighbour lists reach beyond the repulsion
-constexpr double kTornSkin = 1.2;          // of the listed reach: what even a single particle may not exceed
-constexpr double kStray = 0.5;             // radii off the surface at which feedback gives way to Newton steps
-constexpr double kMaxMove = 1.0;           // radii per step, along the surface
-constexpr double kPushApart = 0.5;         // radii between a parent and each child
-constexpr double kSingular = 1e-9;         // |∇F| over its mean
+constexpr double kOnSurface = 1e-12;  // of the box diameter
+constexpr double kSkin = 0.4;         // radii that neighbour lists reach beyond the repulsion
+constexpr double kTornSkin = 1.2;     // of the listed reach: what even a single particle may not exceed
+constexpr double kStray = 0.5;        // radii off the surface at which feedback gives way to Newton steps
+constexpr double kMaxDrift = 0.4;     // radii per step, near equilibrium
+constexpr double kGrown = 2;          // wanted radii below which particles have momentum: those above have to split first
+constexpr double kMaxMove = 1.0;      // radii per step, along the surface
+constexpr double kPushApart = 0.5;    // radii between a parent and each child
+constexpr double kSingular = 1e-9;    // |∇F| over its mean
 constexpr double kTilePerRadius2 = 3.523;  // area a particle at rest holds, in σ²
 
 void check(const Box& box, const FloaterOptions& o) {
@@ -37,6 +39,7 @@ void check(const Box& box, const FloaterOptions& o) {
   if (!(o.alpha > 0 && o.wanted_energy > 0 && o.beta > 0 && o.rest_speed > 0 && o.split_energy >= 0))
     throw InvalidInput("constants of the repulsion must be positive");
   if (!(o.death_radius >= 0 && o.death_radius < 1)) throw InvalidInput("death_radius must lie in [0, 1)");
+  if (!(o.momentum >= 0 && o.momentum < 1)) throw InvalidInput("momentum must lie in [0, 1)");
   if (!(o.radius_step > 0 && o.radius_step < 1)) throw InvalidInput("radius_step must lie in (0, 1)");
   if (!(o.search_cells >= 1)) throw InvalidInput("search_cells must be at least 1");
   if (o.max_count == 0) throw InvalidInput("max_count must be at least 1");
@@ -70,6 +73,7 @@ void Floaters::add(const Vec3& position, const Vec3& normal, std::optional<doubl
   sigma_.push_back(radius.value_or(largest_radius()));
   energy_.push_back(0);
   speed_.push_back(std::numeric_limits<double>::infinity());
+  drift_.insert(drift_.end(), 3, 0.0F);
   if (!options_.density.uniform()) wanted_.push_back(options_.radius);
   id_.push_back(next_id_++);
   ++unsorted_;
@@ -259,10 +263,17 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
       const Vec3 n_i = g / slope;
       const Repulsion r = repulsion(points_, sigma_, options_.alpha, i, neighbours_.of(i));
       const Vec3 along = shortened(r.velocity - r.velocity.dot(n_i) * n_i, kMaxMove * sigma_[i] / h);
+      float* drift = drift_.data() + 3 * i;
+      Vec3 step = h * along;
+      if (along.norm() < options_.rest_speed * sigma_[i] && sigma_[i] < kGrown * wanted_radius(i)) {
+        const Vec3 before = sigma_[i] * Vec3(drift[0], drift[1], drift[2]);
+        step = shortened(step + options_.momentum * (before - before.dot(n_i) * n_i), kMaxDrift * sigma_[i]);
+      }
+      for (int a = 0; a < 3; ++a) drift[a] = static_cast<float>(step[a] / sigma_[i]);
       // (2.1) split by what drives it: repulsion and feedback run in the particles' time, the surface in its own.
       const Vec3 home = h * options_.feedback * newton_step(box_, p, f, g);
       const Vec3 carried = dt == 0 ? Vec3(Vec3::Zero()) : Vec3(-dt * jets.time(i) / slope * n_i);
-      const Vec3 q = (p + h * along + home + carried).cwiseMax(box_.min).cwiseMin(box_.max);
+      const Vec3 q = (p + step + home + carried).cwiseMax(box_.min).cwiseMin(box_.max);
       next.set_position(i, q.allFinite() ? q : p);
       next.set_normal(i, n_i);
       speed_[i] = along.norm() / sigma_[i];
@@ -372,6 +383,10 @@ void Floaters::reorder(std::span<const std::uint32_t> order) {
   sigma_ = gathered(sigma_, order);
   energy_ = gathered(energy_, order);
   speed_ = gathered(speed_, order);
+  std::vector<float> drift(3 * order.size());
+  for (std::size_t k = 0; k < order.size(); ++k)
+    std::copy_n(drift_.data() + 3 * std::size_t{order[k]}, 3, drift.data() + 3 * k);
+  drift_ = std::move(drift);
   if (!wanted_.empty()) wanted_ = gathered(wanted_, order);
   id_ = gathered(id_, order);
 }
@@ -379,7 +394,7 @@ void Floaters::reorder(std::span<const std::uint32_t> order) {
 std::size_t Floaters::bytes() const {
   const std::size_t doubles = 6 * (points_.x.capacity() + anchor_.x.capacity()) + sigma_.capacity() + energy_.capacity() +
                               speed_.capacity() + wanted_.capacity() + reach_.capacity() + id_.capacity();
-  return 8 * doubles + 8 * neighbours_.first.capacity() + 4 * neighbours_.count.capacity() +
+  return 8 * doubles + 4 * drift_.capacity() + 8 * neighbours_.first.capacity() + 4 * neighbours_.count.capacity() +
          4 * neighbours_.index.capacity();
 }
 
