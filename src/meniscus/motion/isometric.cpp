@@ -8,12 +8,14 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace meniscus::motion {
 namespace {
 
 constexpr double kGuide = 1e-5;      // weight of the guide, relative to strain
-constexpr int kIterations = 12;      // more are needed: the factorisation is of too different a shape
+constexpr int kRounds = 4;           // of iterated regularisation: a bias b becomes b⁴
+constexpr int kIterations = 3;       // more are needed in a round: the factorisation is of another shape
 constexpr double kConverged = 1e-8;  // of the first correction, by energy
 constexpr double kRounding = 1e-14;
 constexpr double kCrease = 0.5;  // cosine between normals of a triangle's corners, from where on there is a crease in it
@@ -72,6 +74,8 @@ struct IsometricSolver::State {
   std::vector<double> guide_weights(const std::vector<Strain>& strains) const;
   Sparse matrix(const std::vector<Strain>& strains) const;
   bool factorise();
+  std::optional<Vector> regularised(const std::vector<Strain>& strains, const std::vector<double>& weights,
+                                    Vector right) const;
   bool improve(const std::vector<Strain>& strains, Vector& t) const;
 };
 
@@ -198,36 +202,48 @@ bool IsometricSolver::State::factorise() {
   return factorised;
 }
 
-/// Conjugate gradients from t on. Whether that many iterations were enough.
-bool IsometricSolver::State::improve(const std::vector<Strain>& strains, Vector& t) const {
-  Vector residual = Vector::Zero(t.size());
-  Vector size = Vector::Zero(t.size());
-  for (const Strain& e : strains) {
-    e.add_to(residual, -e.weight * (e.rows.transpose() * e.of(t)));
-    const Vec3 most = e.constant.cwiseAbs() + e.rows.cwiseAbs() * e.local(t).cwiseAbs();
-    e.add_to(size, e.weight * (e.rows.cwiseAbs().transpose() * most));
-  }
-  // Nothing but rounding left: solving for it would only feed it into the directions that strain leaves open.
-  const double rounding = kRounding * size.norm();
-  Vector direction = Vector::Zero(t.size());
+/// Solves (strain + guide) x = right by preconditioned conjugate gradients; nothing if that takes too many iterations.
+std::optional<Vector> IsometricSolver::State::regularised(const std::vector<Strain>& strains,
+                                                          const std::vector<double>& weights, Vector right) const {
+  Vector x = Vector::Zero(right.size());
+  Vector direction = x;
   double before = 0;
   double first = 0;
-  for (int k = 0; k < kIterations; ++k) {
-    if (residual.norm() <= rounding) return true;
-    const Vector step = factor.solve(residual);
-    const double energy = residual.dot(step);
+  for (int k = 0; k <= kIterations; ++k) {
+    const Vector step = factor.solve(right);
+    const double energy = right.dot(step);
     if (k == 0) first = energy;
-    if (!(energy > kConverged * kConverged * first)) return true;
+    if (!(energy > kConverged * kConverged * first)) return x;
     direction = step + (k == 0 ? 0 : energy / before) * direction;
     before = energy;
-    Vector image = Vector::Zero(t.size());
+    Vector image(x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) image[i] = weights[static_cast<std::size_t>(i / 2)] * direction[i];
     for (const Strain& e : strains) e.add_to(image, e.weight * (e.rows.transpose() * (e.rows * e.local(direction))));
     const double length = energy / direction.dot(image);
-    if (!std::isfinite(length)) return true;
-    t += length * direction;
-    residual -= length * image;
+    x += length * direction;
+    right -= length * image;
   }
-  return false;
+  return std::nullopt;
+}
+
+/// Iterated Tikhonov regularisation from t on. False if the factorisation is of too different a shape.
+bool IsometricSolver::State::improve(const std::vector<Strain>& strains, Vector& t) const {
+  const std::vector<double> weights = guide_weights(strains);
+  for (int round = 0; round < kRounds; ++round) {
+    Vector residual = Vector::Zero(t.size());
+    Vector size = Vector::Zero(t.size());
+    for (const Strain& e : strains) {
+      e.add_to(residual, -e.weight * (e.rows.transpose() * e.of(t)));
+      const Vec3 most = e.constant.cwiseAbs() + e.rows.cwiseAbs() * e.local(t).cwiseAbs();
+      e.add_to(size, e.weight * (e.rows.cwiseAbs().transpose() * most));
+    }
+    // Nothing but rounding left: solving for it would only feed it into the directions that strain leaves open.
+    if (residual.norm() <= kRounding * size.norm()) return true;
+    const auto correction = regularised(strains, weights, std::move(residual));
+    if (!correction) return false;
+    t += *correction;
+  }
+  return true;
 }
 
 double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, const RunControl& run) {
@@ -252,7 +268,7 @@ double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, co
     t = guide;
     good = s.factorise();
     run.check();
-    if (good) s.improve(strains, t);
+    good = good && s.improve(strains, t);
   }
   good = good && t.allFinite();
   double strain = 0;

@@ -14,13 +14,12 @@ namespace meniscus::motion {
 /// minimises Σ A |ε|² over the triangles, ε the rate of strain within a triangle's plane. A triangle resists being flattened
 /// the more the thinner it is; one whose corners' normals are over 60° apart holds a crease and does not resist.
 ///
-/// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the system is
-/// solved by conjugate gradients from the guide on, preconditioned by a factorisation of the energy with the term
-/// 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area. So a rigid motion comes out to 1e-8 wherever the shape determines
-/// it, and nothing is added that costs no strain.
+/// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
+/// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four
+/// rounds of iterated Tikhonov regularisation: a rigid motion comes out to 1e-8 wherever the shape determines it.
 ///
-/// The factorisation (sparse LDLᵀ, about O(V^1.5)) is made at the first shape and again when a shape has become so different
-/// that twelve iterations do not do; turning and moving the whole does not make a shape different. Otherwise linear cost.
+/// Each round is solved by conjugate gradients, preconditioned by a sparse LDLᵀ factorisation of the same energy, which
+/// costs about O(V^1.5). It is kept while the mesh moves as one body, and made again when three iterations do not do.
 /// Deterministic: the result depends on the arguments and factorised_at() alone.
 class IsometricSolver {
  public:
