@@ -131,7 +131,7 @@ Plane plane_of(const Vec3& p, std::span<const std::uint32_t> near, const std::ve
   }
   const Mat3 spread = second / total - (mean / total) * (mean / total).transpose();
   Eigen::SelfAdjointEigenSolver<Mat3> eigen(spread);
-  const Vec3 extent = eigen.eigenvalues();
+  const Vec3& extent = eigen.eigenvalues();
   if (!(extent[1] > kLine * kLine * extent[2])) return plane;
   plane.normal = eigen.eigenvectors().col(0);
   plane.thinness = std::max(0.0, extent[0]) / extent[1];
