@@ -1,48 +1,159 @@
-// A step of the narrow band: upwind transport with tension, against OpenVDB's LevelSetMorphing (first order) on a ball of
-// the same size, in one run. Counted in active voxels per second of processor time of all threads, so that a busy machine
-// does not decide. Usage: bench_band_step [--json FILE] [--radius VOXELS]
+// A step of the narrow band. First against OpenVDB's LevelSetMorphing (first order) from one ball towards a larger one, in
+// one run; then what a step costs as the grid grows from 64³ to 512³. Counted in processor time of all threads, so that a
+// busy machine does not decide.
+//
+// Like with like: a step of LevelSetMorphing samples the goal at every active voxel, takes one first-order upwind step of at
+// most 0.3/√3 voxel, dilates by a voxel, renormalises once and trims. Our whole step finds the crossings, evaluates the goal
+// there, extends the speeds, takes one second-order upwind step of at most half a voxel with tension, wakes and drops
+// bricks, and redistances when due (here every fourth step). Usage: bench_band_step [--json FILE] [--radius VOXELS]
 #include <meniscus/band/evolver.h>
 #include <meniscus/band/kernels.h>
 #include <meniscus/base/parallel.h>
 #include <meniscus/field/primitives.h>
 
+#include <benchmarks/support/measure.h>
 #include <nlohmann/json.hpp>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetMorph.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
-#include <chrono>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
+#include <limits>
 #include <string>
 
 using namespace meniscus;
 
 namespace {
 
-struct Row {
-  std::string what;
-  double voxels;  // active ones times steps
-  double cpu, wall;
+constexpr double kWay = 20;  // voxels from the ball to its goal
+constexpr int kRounds = 3;   // the fastest counts
+
+/// Active voxels times steps, and active voxels times the way of the surface in voxels, per second of processor time.
+struct Rate {
+  double stepped = 0, moved = 0;
 };
 
 template <class Work>
-Row measure(const std::string& what, const Work& work) {
-  const auto start = std::chrono::steady_clock::now();
-  const std::clock_t cpu = std::clock();
-  const double voxels = work();
-  const double taken = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-  return {what, voxels, taken, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+Rate fastest(const Work& work) {
+  Rate best;
+  for (int i = 0; i < kRounds; ++i) {
+    const Rate r = work();
+    if (r.stepped > best.stepped) best = r;
+  }
+  return best;
 }
 
-class Outwards final : public band::Strategy {
- public:
-  std::string name() const override { return "outwards"; }
-  void add_speed(const band::SurfaceSamples&, std::span<double> speed, const RunControl&) override {
-    for (double& v : speed) v += 1;
+double radius_of(const band::Band& b) {
+  double volume = 0;
+  for (const band::Component& c : band::measure_components(b, band::label_components(b))) volume += c.volume;
+  return std::cbrt(volume * 3 / (4 * M_PI));
+}
+
+Rate kernel(const band::Band& band) {
+  constexpr int kSteps = 20;
+  band::StepCoefficients c;
+  c.tension = 0.1f;
+  c.c = 0.5f;
+  band::Halo speed;
+  std::fill(std::begin(speed.samples), std::end(speed.samples), 1.0f);
+  std::vector<float> out(band.values().size());
+  const bench::Measure m = bench::measure([&] {
+    for (int s = 0; s < kSteps; ++s)
+      parallel_for(band.brick_count(), 16, {}, [&](std::size_t b) {
+        band::Halo halo;
+        band::gather_halo(band, band.values().data(), b, band.background(), -band.background(), halo);
+        band::kernels().step(halo, speed, nullptr, c, out.data() + b * 512);
+      });
+  });
+  const double voxels = kSteps * static_cast<double>(band.active_nodes());
+  return {voxels / m.cpu_seconds, 0.5 * voxels / m.cpu_seconds};
+}
+
+Rate whole_step(const band::Band& start, double radius) {
+  const auto goal = field::sphere({0, 0, 0}, radius + kWay);
+  band::EvolverOptions o;
+  o.tension = 0.1;
+  band::Evolver skin(start, o);
+  skin.add(std::make_shared<band::Target>(*goal, 1.0, 3.0));  // three voxels per second, half a voxel per step
+  skin.advance(0, 0.5);
+  const double active = static_cast<double>(skin.band().active_nodes()), before = radius_of(skin.band());
+  int steps = 0;
+  const bench::Measure m = bench::measure([&] { steps = skin.advance(0, 2).steps; });
+  const double mean = 0.5 * (active + static_cast<double>(skin.band().active_nodes()));
+  return {mean * steps / m.cpu_seconds, mean * (radius_of(skin.band()) - before) / m.cpu_seconds};
+}
+
+Rate openvdb_step(double radius) {
+  const float r = static_cast<float>(radius), way = static_cast<float>(kWay);
+  auto from = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(r, {0, 0, 0}, 1.0f, 4.0f);
+  auto to = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(r + way, {0, 0, 0}, 1.0f, 2 * way);
+  openvdb::tools::LevelSetMorphing<openvdb::FloatGrid> morph(*from, *to);
+  morph.setSpatialScheme(openvdb::math::FIRST_BIAS);
+  morph.setTemporalScheme(openvdb::math::TVD_RK1);
+  morph.setTrackerSpatialScheme(openvdb::math::FIRST_BIAS);
+  morph.setTrackerTemporalScheme(openvdb::math::TVD_RK1);
+  morph.setNormCount(1);
+  const auto front = [&] {  // of the surface on the x axis
+    for (int x = 1;; ++x) {
+      const float here = from->tree().getValue({x, 0, 0}), back = from->tree().getValue({x - 1, 0, 0});
+      if (here >= 0 && back < 0) return static_cast<double>(static_cast<float>(x) - here / (here - back));
+    }
+  };
+  const double before = front(), active = static_cast<double>(from->activeVoxelCount());
+  double steps = 0;
+  const bench::Measure m = bench::measure([&] { steps = static_cast<double>(morph.advect(0.0f, 0.1f)); });
+  const double mean = 0.5 * (active + static_cast<double>(from->activeVoxelCount()));
+  return {mean * steps / m.cpu_seconds, mean * (front() - before) / m.cpu_seconds};
+}
+
+/// Bytes that an evolver holds while it steps: the samples four times over (samples, next, speeds, their extension) and once
+/// more while bricks wake, neighbours, coordinates, the table of bricks.
+double bytes(const band::Band& b) {
+  return static_cast<double>(b.brick_count()) * (5 * 512 * sizeof(float) + 27 * 4 + 12 + 4 * 4);
+}
+
+nlohmann::json growth() {
+  std::printf("\n| grid | active nodes | bricks | ms per step | bytes per active node |\n|---|---|---|---|---|\n");
+  nlohmann::json table = nlohmann::json::array();
+  std::vector<std::pair<double, double>> points;
+  for (const int n : {64, 128, 256, 512}) {
+    const double radius = 0.35 * n;
+    band::EvolverOptions o;
+    o.tension = 0.1;
+    const auto goal = field::sphere({0, 0, 0}, radius + 4);
+    double best = std::numeric_limits<double>::infinity();
+    std::size_t active = 0, bricks = 0;
+    double held = 0;
+    const band::Band start = band::band_of(*field::sphere({0, 0, 0}, radius), 1);
+    for (int round = 0; round < kRounds; ++round) {
+      band::Evolver skin(start, o);
+      skin.add(std::make_shared<band::Target>(*goal, 1.0, 3.0));
+      int steps = 0;
+      const bench::Measure m = bench::measure([&] { steps = skin.advance(0, 8.0 / 6).steps; });
+      best = std::min(best, m.cpu_seconds / steps);
+      active = skin.band().active_nodes();
+      bricks = skin.band().brick_count();
+      held = bytes(skin.band()) / static_cast<double>(active);
+    }
+    points.emplace_back(std::log(static_cast<double>(n)), std::log(best));
+    std::printf("| %d³ | %zu | %zu | %.2f | %.0f |\n", n, active, bricks, 1e3 * best, held);
+    table.push_back({{"grid", n}, {"active", active}, {"cpu_seconds_per_step", best}, {"bytes_per_active_node", held}});
   }
-};
+  double mx = 0, my = 0, xy = 0, xx = 0;
+  for (const auto& [x, y] : points) {
+    mx += x / static_cast<double>(points.size());
+    my += y / static_cast<double>(points.size());
+  }
+  for (const auto& [x, y] : points) {
+    xy += (x - mx) * (y - my);
+    xx += (x - mx) * (x - mx);
+  }
+  std::printf("\nslope: time per step grows as n^%.2f\n", xy / xx);
+  return {{"sizes", table}, {"exponent", xy / xx}};
+}
 
 }  // namespace
 
@@ -55,58 +166,20 @@ int main(int argc, char** argv) {
   }
   openvdb::initialize();
   const band::Band start = band::band_of(*field::sphere({0, 0, 0}, radius), 1);
-  const double active = static_cast<double>(start.active_nodes());
-  std::vector<Row> rows;
-
-  rows.push_back(measure("ours: transport + tension kernel with halo", [&] {
-    constexpr int kSteps = 20;
-    band::StepCoefficients c;
-    c.tension = 0.1f;
-    c.c = 0.4f;
-    const std::vector<float> speed(start.values().size(), 1.0f);
-    std::vector<float> out(speed.size());
-    for (int s = 0; s < kSteps; ++s)
-      parallel_for(start.brick_count(), 16, {}, [&](std::size_t b) {
-        float halo[band::kHaloSize];
-        band::gather_halo(start, start.values().data(), b, start.background(), -start.background(), halo);
-        band::kernels().step(halo, speed.data() + b * 512, nullptr, c, out.data() + b * 512);
-      });
-    return kSteps * active;
-  }));
-  rows.push_back(measure("ours: whole step (crossings, extension, tension, waking, redistancing)", [&] {
-    band::EvolverOptions o;
-    o.tension = 0.1;
-    band::Evolver skin(start, o);
-    skin.add(std::make_shared<Outwards>());
-    double voxels = 0;
-    for (int s = 0; s < 10; ++s) {
-      skin.advance(0, 0.5);
-      voxels += static_cast<double>(skin.band().active_nodes());
-    }
-    return voxels;
-  }));
-  rows.push_back(measure("OpenVDB LevelSetMorphing, first order, with its tracking", [&] {
-    const float r = static_cast<float>(radius);
-    auto from = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(r, {0, 0, 0}, 1.0f, 4.0f);
-    auto to = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(r + 20, {0, 0, 0}, 1.0f, 40.0f);
-    openvdb::tools::LevelSetMorphing<openvdb::FloatGrid> morph(*from, *to);
-    morph.setSpatialScheme(openvdb::math::FIRST_BIAS);
-    morph.setTemporalScheme(openvdb::math::TVD_RK1);
-    morph.setTrackerSpatialScheme(openvdb::math::FIRST_BIAS);
-    morph.setTrackerTemporalScheme(openvdb::math::TVD_RK1);
-    morph.setNormCount(1);
-    double steps = 0;
-    for (int s = 0; s < 4; ++s)
-      steps += static_cast<double>(morph.advect(0.05f * static_cast<float>(s), 0.05f * static_cast<float>(s + 1)));
-    return steps * static_cast<double>(from->activeVoxelCount());
-  }));
-
-  std::printf("| step | Mvoxel per processor second | wall s |\n|---|---|---|\n");
+  const std::pair<std::string, Rate> rows[] = {
+      {"ours: transport + tension kernel with halo", fastest([&] { return kernel(start); })},
+      {"ours: whole step", fastest([&] { return whole_step(start, radius); })},
+      {"OpenVDB LevelSetMorphing, first order, with its tracking", fastest([&] { return openvdb_step(radius); })},
+  };
+  const Rate peer = rows[2].second;
+  std::printf("| step | Mvoxel/s | × | Mvoxel·voxel of way/s | × |\n|---|---|---|---|---|\n");
   nlohmann::json table = nlohmann::json::array();
-  for (const Row& r : rows) {
-    const double rate = r.cpu > 0 ? r.voxels / r.cpu / 1e6 : 0;
-    std::printf("| %s | %.2f | %.3f |\n", r.what.c_str(), rate, r.wall);
-    table.push_back({{"step", r.what}, {"mvoxel_per_cpu_second", rate}, {"wall_seconds", r.wall}});
+  for (const auto& [what, r] : rows) {
+    std::printf("| %s | %.2f | %.1f | %.2f | %.1f |\n", what.c_str(), r.stepped / 1e6, r.stepped / peer.stepped,
+                r.moved / 1e6, r.moved / peer.moved);
+    table.push_back(
+        {{"step", what}, {"mvoxel_per_cpu_second", r.stepped / 1e6}, {"mvoxel_way_per_cpu_second", r.moved / 1e6}});
   }
-  if (!json.empty()) std::ofstream(json) << table.dump(1) << '\n';
+  const nlohmann::json sizes = growth();
+  if (!json.empty()) std::ofstream(json) << nlohmann::json{{"steps", table}, {"growth", sizes}}.dump(1) << '\n';
 }

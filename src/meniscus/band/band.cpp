@@ -4,8 +4,8 @@
 #include <meniscus/base/parallel.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <numeric>
 
@@ -21,9 +21,6 @@ std::uint64_t hash(const Coord& c) {
 
 Coord moved(const Coord& c, int dx, int dy, int dz) { return {c[0] + dx, c[1] + dy, c[2] + dz}; }
 
-/// Along one axis, the own node that is nearest to a neighbour in direction d.
-int edge_node(int d) { return d < 0 ? 0 : d > 0 ? 7 : 4; }
-
 /// For each zone of a brick (first, middle or last nodes per axis) the directions in which it borders on a neighbour.
 constexpr std::array<std::uint32_t, 27> zone_borders() {
   std::array<std::uint32_t, 27> borders{};
@@ -38,28 +35,26 @@ constexpr std::array<std::uint32_t, 27> kZoneBorders = zone_borders();
 
 /// Which of the 27 directions active nodes of a brick touch; the middle bit (itself) when any node is active.
 std::uint32_t reach(const float* values, float background) {
-  std::uint32_t zones = 0;
-  for (int i = 0; i < 8; ++i)
-    for (int j = 0; j < 8; ++j) {
-      const float* row = values + (i * 8 + j) * 8;
-      const std::size_t zone = Band::direction(i == 0 ? -1 : i == 7, j == 0 ? -1 : j == 7, 0);
-      bool middle = false;
-      for (int k = 1; k < 7; ++k) middle |= std::abs(row[k]) < background;
-      zones |= static_cast<std::uint32_t>(std::abs(row[0]) < background) << (zone - 1) |
-               static_cast<std::uint32_t>(middle) << zone |
-               static_cast<std::uint32_t>(std::abs(row[7]) < background) << (zone + 1);
-    }
+  NodeBits active;
+  kernels().nearer(values, background, active);
+  std::uint64_t middle = 0;
+  for (std::size_t i = 1; i < 7; ++i) middle |= active[i];
+  const std::uint64_t planes[3] = {active[0], middle, active[7]};
   std::uint32_t touched = 0;
-  for (std::size_t zone = 0; zone < 27; ++zone)
-    if ((zones >> zone & 1u) != 0) touched |= kZoneBorders[zone];
+  for (std::size_t x = 0; x < 3; ++x) {
+    std::uint64_t rows = planes[x] >> 8 & 0xFFFFFFFFFFFF;
+    rows |= rows >> 24;
+    rows |= rows >> 16 | rows >> 8;
+    const std::uint64_t lines[3] = {planes[x], rows, planes[x] >> 56};
+    for (std::size_t y = 0; y < 3; ++y) {
+      const std::size_t zone = x * 9 + y * 3;
+      if ((lines[y] & 0x01) != 0) touched |= kZoneBorders[zone];
+      if ((lines[y] & 0x7E) != 0) touched |= kZoneBorders[zone + 1];
+      if ((lines[y] & 0x80) != 0) touched |= kZoneBorders[zone + 2];
+    }
+  }
   return touched;
 }
-
-/// A brick to be: where its samples come from, or the side it lies on.
-struct Wanted {
-  Coord coord;
-  std::int32_t from;  // brick now, kOutside or kInside
-};
 
 }  // namespace
 
@@ -117,20 +112,35 @@ void Band::index() {
   }
 }
 
-void Band::link(const RunControl& run) {
-  neighbours_.resize(bricks_.size());
+/// The side of a place without a brick: that of the own node nearest to it.
+std::int32_t Band::side(std::size_t brick, std::size_t d) const {
+  const auto edge = [](std::size_t part) {
+    return part == 0 ? std::size_t{0} : part == 1 ? std::size_t{4} : std::size_t{7};
+  };
+  const std::size_t node = (edge(d / 9) * 8 + edge(d / 3 % 3)) * 8 + edge(d % 3);
+  return values_[brick * kBrickNodes + node] < 0 ? kInside : kOutside;
+}
+
+void Band::link(const RunControl& run) { relink(std::vector<std::int32_t>(bricks_.size(), -1), true, run); }
+
+/// Finds neighbours anew; what is known of a brick's neighbours before is used. `map` as adapt() returns it.
+void Band::relink(const std::vector<std::int32_t>& map, bool woken, const RunControl& run) {
+  std::vector<std::int32_t> now(neighbours_.size(), -1);
+  for (std::size_t b = 0; b < map.size(); ++b)
+    if (map[b] >= 0) now[static_cast<std::size_t>(map[b])] = static_cast<std::int32_t>(b);
+  std::vector<Neighbours> neighbours(bricks_.size());
   parallel_for(bricks_.size(), 64, run, [&](std::size_t b) {
-    for (int dx = -1; dx <= 1; ++dx)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dz = -1; dz <= 1; ++dz) {
-          std::int32_t n = find(moved(bricks_[b], dx, dy, dz));
-          if (n < 0) {
-            const int node = (edge_node(dx) * 8 + edge_node(dy)) * 8 + edge_node(dz);
-            n = values_[b * kBrickNodes + static_cast<std::size_t>(node)] < 0 ? kInside : kOutside;
-          }
-          neighbours_[b][direction(dx, dy, dz)] = n;
-        }
+    for (std::size_t d = 0; d < 27; ++d) {
+      const std::int32_t old = map[b] < 0 ? -1 : neighbours_[static_cast<std::size_t>(map[b])][d];
+      std::int32_t n = old >= 0 ? now[static_cast<std::size_t>(old)] : -1;
+      if (old < 0 && woken) {
+        const int x = static_cast<int>(d);
+        n = find(moved(bricks_[b], x / 9 - 1, x / 3 % 3 - 1, x % 3 - 1));
+      }
+      neighbours[b][d] = n >= 0 ? n : side(b, d);
+    }
   });
+  neighbours_.swap(neighbours);
 }
 
 /// ±background for a brick that is not there: what its neighbours say, outside when there are none.
@@ -204,7 +214,7 @@ Vec3 surface_normal(const Band& band, const Vec3& x) {
 void Band::keep_surface(const RunControl& run) {
   std::vector<char> far(bricks_.size());
   parallel_for(bricks_.size(), 16, run, [&](std::size_t b) {
-    float halo[kHaloSize];
+    Halo halo;
     gather_halo(*this, values_.data(), b, background_, -background_, halo);
     int inside = 0;
     for (int i = -2; i < 10; ++i)
@@ -224,76 +234,84 @@ std::vector<std::int32_t> Band::adapt(const RunControl& run) {
   parallel_for(bricks_.size(), 64, run,
                [&](std::size_t b) { reached[b] = reach(values_.data() + b * kBrickNodes, background_); });
 
-  std::vector<Wanted> wanted;
-  bool same = true;
-  for (std::size_t b = 0; b < bricks_.size(); ++b) {
-    if (reached[b] == 0) continue;
-    for (int dx = -1; dx <= 1; ++dx)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dz = -1; dz <= 1; ++dz) {
-          const std::size_t d = direction(dx, dy, dz);
-          if ((reached[b] >> d & 1u) == 0) continue;
-          const std::int32_t n = d == direction(0, 0, 0) ? static_cast<std::int32_t>(b) : neighbours_[b][d];
-          same &= n >= 0;
-          // A neighbour that is active itself asks for its own place.
-          if (n < 0 || d == direction(0, 0, 0) || reached[static_cast<std::size_t>(n)] == 0)
-            wanted.push_back({moved(bricks_[b], dx, dy, dz), n});
-        }
-  }
-  std::sort(wanted.begin(), wanted.end(),
-            [](const Wanted& a, const Wanted& b) { return a.coord != b.coord ? a.coord < b.coord : a.from > b.from; });
-  wanted.erase(
-      std::unique(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.coord == b.coord; }),
-      wanted.end());
-  if (same && wanted.size() == bricks_.size()) return {};
+  // Bricks that stay, and places where one is missing with the side that they lie on.
+  std::vector<char> stays(bricks_.size(), 0);
+  std::vector<std::pair<Coord, std::int32_t>> missing;
+  for (std::size_t b = 0; b < bricks_.size(); ++b)
+    for (std::uint32_t left = reached[b]; left != 0; left &= left - 1) {
+      const int d = std::countr_zero(left);
+      const std::int32_t n = d == 13 ? static_cast<std::int32_t>(b) : neighbours_[b][static_cast<std::size_t>(d)];
+      if (n >= 0)
+        stays[static_cast<std::size_t>(n)] = 1;
+      else
+        missing.emplace_back(moved(bricks_[b], d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1), n);
+    }
+  if (missing.empty() && std::find(stays.begin(), stays.end(), 0) == stays.end()) return {};
+  std::sort(missing.begin(), missing.end(),
+            [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; });
+  missing.erase(std::unique(missing.begin(), missing.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
+                missing.end());
 
-  std::vector<std::int32_t> map(wanted.size());
-  std::vector<Coord> bricks(wanted.size());
-  std::vector<float> values(wanted.size() * kBrickNodes);
-  for (std::size_t b = 0; b < wanted.size(); ++b) {
-    bricks[b] = wanted[b].coord;
-    map[b] = std::max(wanted[b].from, -1);
-    float* to = values.data() + b * kBrickNodes;
-    if (map[b] >= 0)
-      std::memcpy(to, values_.data() + static_cast<std::size_t>(map[b]) * kBrickNodes, kBrickNodes * sizeof(float));
-    else
-      std::fill(to, to + kBrickNodes, wanted[b].from == kInside ? -background_ : background_);
+  // Both lists are in order: the new one is their merger.
+  std::vector<std::int32_t> map;
+  std::vector<Coord> bricks;
+  std::vector<float>& values = spare_.values;
+  values.clear();
+  const std::size_t count = static_cast<std::size_t>(std::count(stays.begin(), stays.end(), 1)) + missing.size();
+  map.reserve(count);
+  bricks.reserve(count);
+  values.reserve(count * kBrickNodes);
+  auto next = missing.begin();
+  const auto wake_until = [&](const Coord* end) {
+    for (; next != missing.end() && (end == nullptr || next->first < *end); ++next) {
+      map.push_back(-1);
+      bricks.push_back(next->first);
+      values.insert(values.end(), kBrickNodes, next->second == kInside ? -background_ : background_);
+    }
+  };
+  for (std::size_t b = 0; b < bricks_.size(); ++b) {
+    if (stays[b] == 0) continue;
+    wake_until(&bricks_[b]);
+    map.push_back(static_cast<std::int32_t>(b));
+    bricks.push_back(bricks_[b]);
+    const auto first = values_.begin() + static_cast<std::ptrdiff_t>(b * kBrickNodes);
+    values.insert(values.end(), first, first + kBrickNodes);
   }
+  wake_until(nullptr);
   bricks_.swap(bricks);
   values_.swap(values);
   index();
-  link(run);
+  relink(map, !missing.empty(), run);
   return map;
 }
 
-void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, float* halo) {
-  // Where no brick is, every row is one and the same row of constants.
-  struct Source {
-    const float* p;
-    int scale;
-  };
-  float blank[2][8];
-  std::fill(blank[0], blank[0] + 8, outside);
-  std::fill(blank[1], blank[1] + 8, inside);
-  Source source[27];
-  const Band::Neighbours& nb = band.neighbours(brick);
-  for (std::size_t d = 0; d < 27; ++d)
-    source[d] = nb[d] >= 0 ? Source{data + static_cast<std::size_t>(nb[d]) * Band::kBrickNodes, 1}
-                           : Source{blank[nb[d] == Band::kInside], 0};
-  for (int i = -2; i < 10; ++i) {
-    const int dx = i < 0 ? -1 : i > 7;
-    for (int j = -2; j < 10; ++j) {
-      const int dy = j < 0 ? -1 : j > 7;
-      const int row = ((i & 7) * 8 + (j & 7)) * 8;
-      const Source* s = source + Band::direction(dx, dy, 0);
-      const float *before = s[-1].p + s[-1].scale * row, *own = s[0].p + s[0].scale * row,
-                  *after = s[1].p + s[1].scale * row;
-      float* to = halo + halo_at(i, j, -2);
-      std::memcpy(to, before + 6, 2 * sizeof(float));
-      std::memcpy(to + 2, own, 8 * sizeof(float));
-      std::memcpy(to + 10, after, 2 * sizeof(float));
-    }
+namespace {
+
+/// Where the bricks around a brick lie; beyond them rows are constant.
+struct Sources {
+  Sources(const Band& band, const float* data, std::size_t brick, float outside, float inside) {
+    std::fill(blank[0], blank[0] + 8, outside);
+    std::fill(blank[1], blank[1] + 8, inside);
+    const Band::Neighbours& nb = band.neighbours(brick);
+    for (std::size_t d = 0; d < 27; ++d)
+      source[d] = nb[d] >= 0 ? RowSource{data + static_cast<std::size_t>(nb[d]) * Band::kBrickNodes, 8}
+                             : RowSource{blank[nb[d] == Band::kInside], 0};
   }
+  Sources(const Sources&) = delete;
+  Sources& operator=(const Sources&) = delete;
+
+  float blank[2][8];
+  RowSource source[27];
+};
+
+}  // namespace
+
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo) {
+  kernels().gather(Sources(band, data, brick, outside, inside).source, halo);
+}
+
+void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo) {
+  kernels().gather_star(Sources(band, data, brick, outside, inside).source, halo);
 }
 
 bool holds_surface(const float* halo) {

@@ -12,6 +12,15 @@
 namespace meniscus::band {
 
 using field::Coord;
+struct Halo;  // kernels.h
+
+/// Room for numbers along a band's nodes, kept from use to use so that memory is not asked for anew. Copies are empty.
+struct Spare {
+  Spare() = default;
+  Spare(const Spare&) {}
+  Spare& operator=(const Spare&) { return *this; }
+  std::vector<float> values;
+};
 
 /// A level set kept near its surface: bricks of 8³ samples in world units, negative inside, clamped to ±background; where
 /// no brick is, the side (inside or outside) is known. No box: bricks wake as the surface comes and drop as it leaves, so
@@ -78,13 +87,16 @@ class Band {
   float far_value(const Coord& brick) const;
   float node(std::int64_t i, std::int64_t j, std::int64_t k, bool& known) const;
   void index();
+  std::int32_t side(std::size_t brick, std::size_t d) const;
   void link(const RunControl& run);
+  void relink(const std::vector<std::int32_t>& map, bool woken, const RunControl& run);
 
   double voxel_;
   Vec3 origin_;
   float background_;
   std::vector<Coord> bricks_;
   std::vector<float> values_;
+  Spare spare_;  // the samples before the last adapt()
   std::vector<Neighbours> neighbours_;
   std::vector<std::uint32_t> slots_;  // open addressing, brick number + 1
 };
@@ -92,9 +104,12 @@ class Band {
 /// Unit outward normal by differences of a voxel; zero where the samples are flat.
 Vec3 surface_normal(const Band& band, const Vec3& x);
 
-/// Copies the samples of a brick and two more on every side into `halo` (kHaloSize floats) from an array that runs along
-/// the band's bricks; beyond bricks the value is `outside` or `inside`.
-void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, float* halo);
+/// Copies the samples of a brick and two more on every side into `halo` from an array that runs along the band's bricks;
+/// beyond bricks the value is `outside` or `inside`.
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo);
+
+/// The same without what lies across the brick's edges and corners: enough for stencils along the axes.
+void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo);
 
 /// Whether a brick's cells (its nodes and the next ones on three sides) hold both sides of the surface.
 bool holds_surface(const float* halo);

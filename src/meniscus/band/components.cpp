@@ -114,7 +114,7 @@ std::vector<Component> measure_components(const Band& band, const Labels& labels
   // Coordinates in voxels about a middle brick: far from the origin the flux would cancel badly.
   const Coord middle = band.empty() ? Coord{} : band.bricks()[band.brick_count() / 2];
   parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-    float halo[kHaloSize];
+    Halo halo;
     gather_halo(band, band.values().data(), brick, b, -b, halo);
     if (!holds_surface(halo)) return;
     const Coord& c = band.bricks()[brick];

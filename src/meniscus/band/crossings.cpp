@@ -2,6 +2,7 @@
 #include <meniscus/band/kernels.h>
 #include <meniscus/base/parallel.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -10,111 +11,169 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr int kStrides[3] = {kHaloX, kHaloY, 1};
-constexpr int kExtendPasses = 6;  // steps along axes that reach the band's rim in any direction
 
-/// Calls work(node, place in the halo, axis) for every crossed edge that starts in the brick.
-template <class Work>
-void for_crossed_edges(const float* halo, const Work& work) {
-  for (int eighth = 0; eighth < 8; ++eighth) {
-    const int oi = (eighth >> 2 & 1) * 4, oj = (eighth >> 1 & 1) * 4, ok = (eighth & 1) * 4;
-    for (int i = oi; i < oi + 4; ++i)
-      for (int j = oj; j < oj + 4; ++j)
-        for (int k = ok; k < ok + 4; ++k) {
-          const int h = halo_at(i, j, k);
-          for (int axis = 0; axis < 3; ++axis)
-            if ((halo[h] < 0) != (halo[h + kStrides[axis]] < 0)) work(Coord{i, j, k}, h, axis);
-        }
-  }
+/// For every brick, which of its nodes lie inside.
+std::vector<NodeBits> inside_bits(const Band& band, const RunControl& run) {
+  std::vector<NodeBits> bits(band.brick_count());
+  parallel_for(bits.size(), 64, run,
+               [&](std::size_t b) { kernels().inside(band.values().data() + b * Band::kBrickNodes, bits[b]); });
+  return bits;
 }
+
+/// The nodes from which the surface crosses the edge to the next node, per axis; edges into bricks that are not there are
+/// left out.
+struct CrossedEdges {
+  NodeBits axis[3];
+
+  CrossedEdges(const Band& band, const std::vector<NodeBits>& inside, std::size_t brick) {
+    const NodeBits& own = inside[brick];
+    const Band::Neighbours& nb = band.neighbours(brick);
+    const auto next = [&](int dx, int dy, int dz) {
+      const std::int32_t n = nb[Band::direction(dx, dy, dz)];
+      return n < 0 ? nullptr : &inside[static_cast<std::size_t>(n)];
+    };
+    const NodeBits *x = next(1, 0, 0), *y = next(0, 1, 0), *z = next(0, 0, 1);
+    constexpr std::uint64_t kLastColumn = 0x8080808080808080, kLastRow = std::uint64_t{0xFF} << 56;
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::uint64_t s = own[i];
+      axis[0][i] = s ^ (i < 7 ? own[i + 1] : x != nullptr ? (*x)[0] : s);
+      axis[1][i] = s ^ (s >> 8 | (y != nullptr ? (*y)[i] << 56 : s & kLastRow));
+      axis[2][i] = s ^ ((s >> 1 & ~kLastColumn) | ((z != nullptr ? (*z)[i] << 7 : s) & kLastColumn));
+    }
+  }
+
+  std::size_t count() const {
+    std::size_t n = 0;
+    for (const NodeBits& a : axis)
+      for (const std::uint64_t plane : a) n += static_cast<std::size_t>(std::popcount(plane));
+    return n;
+  }
+
+  /// Calls work(i, j, k, axis) for each, by eighths of the brick.
+  template <class Work>
+  void for_each(const Work& work) const {
+    for (int eighth = 0; eighth < 8; ++eighth) {
+      const std::size_t first = eighth >> 2 & 1 ? 4 : 0;
+      const std::uint64_t part = (eighth & 1 ? std::uint64_t{0xF0F0F0F0} : std::uint64_t{0x0F0F0F0F})
+                                 << (eighth & 2 ? 32 : 0);
+      for (std::size_t i = first; i < first + 4; ++i)
+        for (std::uint64_t any = (axis[0][i] | axis[1][i] | axis[2][i]) & part; any != 0; any &= any - 1) {
+          const int bit = std::countr_zero(any);
+          for (int a = 0; a < 3; ++a)
+            if ((axis[a][i] >> bit & 1) != 0) work(static_cast<int>(i), bit >> 3, bit & 7, a);
+        }
+    }
+  }
+};
 
 Vec3 gradient(const float* p) {
   return {static_cast<double>(p[kHaloX] - p[-kHaloX]), static_cast<double>(p[kHaloY] - p[-kHaloY]),
           static_cast<double>(p[1] - p[-1])};
 }
 
-/// The node one step along an axis, in this brick or the next; -1 beyond the bricks.
-std::int64_t next_node(const Band& band, std::size_t brick, Coord node, int axis) {
+/// The node one step along an axis, in this brick or the next.
+std::uint32_t next_node(const Band& band, std::size_t brick, Coord node, int axis) {
   if (++node[static_cast<std::size_t>(axis)] == 8) {
     node[static_cast<std::size_t>(axis)] = 0;
-    const std::int32_t n = band.neighbours(brick)[Band::direction(axis == 0, axis == 1, axis == 2)];
-    if (n < 0) return -1;
-    brick = static_cast<std::size_t>(n);
+    brick = static_cast<std::size_t>(band.neighbours(brick)[Band::direction(axis == 0, axis == 1, axis == 2)]);
   }
-  return static_cast<std::int64_t>(brick * Band::kBrickNodes) + (node[0] * 8 + node[1]) * 8 + node[2];
+  return static_cast<std::uint32_t>(brick * Band::kBrickNodes) +
+         static_cast<std::uint32_t>((node[0] * 8 + node[1]) * 8 + node[2]);
+}
+
+/// Nodes next to the surface get the mean of their crossings, the others NaN. A node's crossings are in its own brick and in
+/// the three before it.
+void mean_at_nodes(const Band& band, const Crossings& crossings, std::span<const double> speed, std::size_t brick,
+                   float* out) {
+  float sum[Band::kBrickNodes];
+  std::uint8_t count[Band::kBrickNodes];
+  bool any = false;
+  const auto add = [&](std::int32_t from) {
+    if (from < 0) return;
+    const auto b = static_cast<std::size_t>(from);
+    const std::size_t begin = crossings.brick_begin[b], end = crossings.brick_begin[b + 1];
+    if (begin == end) return;
+    if (!any) {
+      std::fill(sum, sum + Band::kBrickNodes, 0.0f);
+      std::fill(count, count + Band::kBrickNodes, std::uint8_t{0});
+      any = true;
+    }
+    for (std::size_t c = begin; c < end; ++c)
+      for (const std::uint32_t node : {crossings.inside[c], crossings.outside[c]})
+        if (node / Band::kBrickNodes == brick) {
+          sum[node % Band::kBrickNodes] += static_cast<float>(speed[c]);
+          ++count[node % Band::kBrickNodes];
+        }
+  };
+  const Band::Neighbours& nb = band.neighbours(brick);
+  add(nb[Band::direction(-1, 0, 0)]);
+  add(nb[Band::direction(0, -1, 0)]);
+  add(nb[Band::direction(0, 0, -1)]);
+  add(static_cast<std::int32_t>(brick));
+  if (!any)
+    std::fill(out, out + Band::kBrickNodes, kNone);
+  else
+    for (std::size_t n = 0; n < Band::kBrickNodes; ++n)
+      out[n] = count[n] > 0 ? sum[n] / static_cast<float>(count[n]) : kNone;
 }
 
 }  // namespace
 
 Crossings find_crossings(const Band& band, const RunControl& run) {
-  const float b = band.background();
   Crossings out;
+  find_crossings(band, out, run);
+  return out;
+}
+
+void find_crossings(const Band& band, Crossings& out, const RunControl& run) {
+  const float b = band.background();
+  const std::vector<NodeBits> inside = inside_bits(band, run);
   out.brick_begin.assign(band.brick_count() + 1, 0);
-  const auto with_halo = [&](const auto& work) {
-    parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-      float halo[kHaloSize];
-      gather_halo(band, band.values().data(), brick, b, -b, halo);
-      if (holds_surface(halo)) work(brick, halo);
-    });
-  };
-  with_halo([&](std::size_t brick, const float* halo) {
-    std::size_t count = 0;
-    for_crossed_edges(halo, [&](const Coord& node, int, int axis) { count += next_node(band, brick, node, axis) >= 0; });
-    out.brick_begin[brick + 1] = count;
-  });
+  parallel_for(band.brick_count(), 64, run,
+               [&](std::size_t brick) { out.brick_begin[brick + 1] = CrossedEdges(band, inside, brick).count(); });
   for (std::size_t i = 0; i < band.brick_count(); ++i) out.brick_begin[i + 1] += out.brick_begin[i];
   const std::size_t total = out.brick_begin.back();
-  out.x = field::PositionBatch(total);
+  for (auto* axis : {&out.x.x, &out.x.y, &out.x.z}) axis->resize(total);
   out.normal.resize(total);
   out.inside.resize(total);
   out.outside.resize(total);
 
-  with_halo([&](std::size_t brick, const float* halo) {
+  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
     std::size_t at = out.brick_begin[brick];
-    for_crossed_edges(halo, [&](const Coord& node, int h, int axis) {
-      const std::int64_t other = next_node(band, brick, node, axis);
-      if (other < 0) return;
-      const auto own = static_cast<std::uint32_t>(brick * Band::kBrickNodes) +
-                       static_cast<std::uint32_t>((node[0] * 8 + node[1]) * 8 + node[2]);
-      const float here = halo[h], there = halo[h + kStrides[axis]];
-      const double t = static_cast<double>(here) / (static_cast<double>(here) - static_cast<double>(there));
-      Vec3 p = band.position(brick, node[0], node[1], node[2]);
-      p[axis] += t * band.voxel();
-      const Vec3 g = (1 - t) * gradient(halo + h) + t * gradient(halo + h + kStrides[axis]);
+    if (at == out.brick_begin[brick + 1]) return;
+    Halo halo;
+    gather_halo(band, band.values().data(), brick, b, -b, halo);
+    CrossedEdges(band, inside, brick).for_each([&](int i, int j, int k, int axis) {
+      const auto own =
+          static_cast<std::uint32_t>(brick * Band::kBrickNodes) + static_cast<std::uint32_t>((i * 8 + j) * 8 + k);
+      const std::uint32_t other = next_node(band, brick, {i, j, k}, axis);
+      const float* p = halo + halo_at(i, j, k);
+      const double here = static_cast<double>(*p), there = static_cast<double>(p[kStrides[axis]]);
+      const double t = here / (here - there);
+      Vec3 x = band.position(brick, i, j, k);
+      x[axis] += t * band.voxel();
+      const Vec3 g = (1 - t) * gradient(p) + t * gradient(p + kStrides[axis]);
       const double length = g.norm();
-      out.x.set(at, p);
+      out.x.set(at, x);
       out.normal[at] = length > 0 ? Vec3(g / length) : Vec3(Vec3::Zero());
-      out.inside[at] = here < 0 ? own : static_cast<std::uint32_t>(other);
-      out.outside[at] = here < 0 ? static_cast<std::uint32_t>(other) : own;
+      out.inside[at] = here < 0 ? own : other;
+      out.outside[at] = here < 0 ? other : own;
       ++at;
     });
   });
-  return out;
 }
 
-std::vector<float> node_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed,
-                               const RunControl& run) {
-  std::vector<float> sum(band.values().size(), 0.0f), next(sum.size());
-  std::vector<std::uint8_t> count(sum.size(), 0);
-  for (std::size_t c = 0; c < crossings.size(); ++c)
-    for (const std::uint32_t node : {crossings.inside[c], crossings.outside[c]}) {
-      sum[node] += static_cast<float>(speed[c]);
-      ++count[node];
-    }
-  parallel_for(sum.size(), 4096, run, [&](std::size_t n) { sum[n] = count[n] > 0 ? sum[n] / count[n] : kNone; });
+void near_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed, std::vector<float>& out,
+                 const RunControl& run) {
+  out.resize(band.values().size());
+  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
+    mean_at_nodes(band, crossings, speed, brick, out.data() + brick * Band::kBrickNodes);
+  });
+}
 
-  const float b = band.background();
-  const Kernels& kernel = kernels();
-  for (int pass = 0; pass < kExtendPasses; ++pass) {
-    parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-      float phi[kHaloSize], v[kHaloSize];
-      gather_halo(band, band.values().data(), brick, b, -b, phi);
-      gather_halo(band, sum.data(), brick, kNone, kNone, v);
-      kernel.extend(phi, v, next.data() + brick * Band::kBrickNodes);
-    });
-    sum.swap(next);
-  }
-  parallel_for(sum.size(), 4096, run, [&](std::size_t n) { sum[n] = std::isnan(sum[n]) ? 0.0f : sum[n]; });
-  return sum;
+void extend_speeds(const Band& band, const std::vector<float>& speeds, std::size_t brick, const Halo& phi, Halo& out) {
+  gather_star(band, speeds.data(), brick, kNone, kNone, out);
+  kernels().extend(phi, out, band.background());
 }
 
 }  // namespace meniscus::band

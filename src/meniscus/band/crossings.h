@@ -20,10 +20,16 @@ struct Crossings {
 };
 
 Crossings find_crossings(const Band& band, const RunControl& run = {});
+/// The same into arrays that are there already.
+void find_crossings(const Band& band, Crossings& out, const RunControl& run);
 
-/// Speeds at nodes from speeds at crossings: next to the surface the mean over the node's crossings, elsewhere carried
-/// outwards along ∇φ, so that level sets move together and distances stay distances. Zero where nothing arrives.
-std::vector<float> node_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed,
-                               const RunControl& run = {});
+/// Speeds at the nodes next to the surface, into `out` (resized): the mean over the node's crossings. NaN elsewhere.
+void near_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed, std::vector<float>& out,
+                 const RunControl& run = {});
+
+/// Speeds in and around a brick (`phi`: its samples), those of nodes away from the surface carried outwards along ∇φ, so
+/// that level sets move together and distances stay distances. NaN where nothing has arrived: twice over all bricks reaches
+/// the band's rim.
+void extend_speeds(const Band& band, const std::vector<float>& speeds, std::size_t brick, const Halo& phi, Halo& out);
 
 }  // namespace meniscus::band

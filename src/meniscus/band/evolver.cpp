@@ -11,16 +11,28 @@
 namespace meniscus::band {
 namespace {
 
-/// One stage of the step kernel over all bricks.
-void stage(const Band& band, const float* speed, const float* previous, const StepCoefficients& c, std::vector<float>& out,
+// Transport by extended speeds leaves distances distances, all but the errors of its scheme; tension does not.
+constexpr double kTransportShare = 0.375;
+constexpr int kRenewalPasses = 3;  // between steps samples are nearly distances already
+
+/// Calls work(brick, its halo) for all bricks; `gather` is gather_halo or gather_star.
+template <class Gather, class Work>
+void for_halos(const Band& band, const Gather& gather, const RunControl& run, const Work& work) {
+  const float b = band.background();
+  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
+    Halo halo;
+    gather(band, band.values().data(), brick, b, -b, halo);
+    work(brick, halo);
+  });
+}
+
+/// One stage of tension.
+void stage(const Band& band, const float* previous, const StepCoefficients& c, std::vector<float>& out,
            const RunControl& run) {
   out.resize(band.values().size());
-  const Kernels& kernel = kernels();
-  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-    float halo[kHaloSize];
-    gather_halo(band, band.values().data(), brick, c.background, -c.background, halo);
+  for_halos(band, gather_halo, run, [&](std::size_t brick, const Halo& halo) {
     const std::size_t n = brick * Band::kBrickNodes;
-    kernel.step(halo, speed ? speed + n : nullptr, previous ? previous + n : nullptr, c, out.data() + n);
+    kernels().step(halo, nullptr, previous ? previous + n : nullptr, c, out.data() + n);
   });
 }
 
@@ -38,7 +50,7 @@ int stages_for(double dt, double tension, double voxel) {
   return std::max(s | 1, 1);
 }
 
-double largest(const std::vector<double>& v) {
+double largest(std::span<const double> v) {
   double m = 0;
   for (const double x : v) m = std::max(m, std::abs(x));
   return m;
@@ -107,31 +119,53 @@ std::vector<double> Evolver::speeds(const Crossings& crossings, double time, dou
   return speed;
 }
 
-void Evolver::transport(const std::vector<float>& speed, double dt, const RunControl& run) {
-  StepCoefficients c = coefficients(band_);
-  c.c = static_cast<float>(dt);
-  std::vector<float> out;
-  stage(band_, speed.data(), nullptr, c, out, run);
-  band_.swap_values(out);
+/// Moves the surface by `c.c` times its speeds, with tension where `c` has it.
+void Evolver::transport(const Crossings& crossings, std::span<const double> speed, const StepCoefficients& c,
+                        const RunControl& run) {
+  near_speeds(band_, crossings, speed, speed_.values, run);
+  // Two passes carry speeds to the rim; the second one goes straight on to the step.
+  before_.values.resize(band_.values().size());
+  next_.values.resize(band_.values().size());
+  for_halos(band_, gather_star, run, [&](std::size_t brick, const Halo& phi) {
+    Halo v;
+    extend_speeds(band_, speed_.values, brick, phi, v);
+    kernels().centre(v, before_.values.data() + brick * Band::kBrickNodes);
+  });
+  for_halos(band_, gather_halo, run, [&](std::size_t brick, const Halo& phi) {
+    Halo v;
+    extend_speeds(band_, before_.values, brick, phi, v);
+    kernels().step(phi, v, nullptr, c, next_.values.data() + brick * Band::kBrickNodes);
+  });
+  band_.swap_values(next_.values);
 }
 
-int Evolver::relax(double dt, const RunControl& run) {
-  if (options_.tension == 0 || band_.empty()) return 0;
-  const int s = stages_for(dt, options_.tension, band_.voxel());
+/// One step. Tension goes with transport when one stage of it is stable; otherwise it follows. Returns its stages.
+int Evolver::move(const Crossings& crossings, std::span<const double> speed, double dt, const RunControl& run) {
+  const int stages = options_.tension > 0 ? stages_for(dt, options_.tension, band_.voxel()) : 0;
+  const bool moves = largest(speed) > 0;
+  if (moves) {
+    StepCoefficients c = coefficients(band_);
+    c.c = static_cast<float>(dt);
+    if (stages == 1) c.tension = static_cast<float>(options_.tension);
+    transport(crossings, speed, c, run);
+  }
+  if (stages > 1 || !moves) relax(stages, dt, run);
+  return stages;
+}
+
+void Evolver::relax(int stages, double dt, const RunControl& run) {
   StepCoefficients c = coefficients(band_);
   c.tension = static_cast<float>(options_.tension);
-  const double share = 2.0 / (s * s + s);
+  const double share = 2.0 / (stages * stages + stages);
   // Legendre's recurrence: Y_j = (2j-1)/j Y_{j-1} + (1-j)/j Y_{j-2} + (2j-1)/j share dt rate(Y_{j-1}). Where nothing
   // moves it must return the clamped value to the last bit, or the band would grow: hence the form of the kernel.
-  std::vector<float> before, next;
-  for (int j = 1; j <= s; ++j) {
+  for (int j = 1; j <= stages; ++j) {
     c.b = static_cast<float>((1.0 - j) / j);
     c.c = static_cast<float>((2.0 * j - 1) / j * share * dt);
-    stage(band_, nullptr, j > 1 ? before.data() : nullptr, c, next, run);
-    band_.swap_values(next);  // band: Y_j, next: Y_{j-1}
-    before.swap(next);
+    stage(band_, j > 1 ? before_.values.data() : nullptr, c, next_.values, run);
+    band_.swap_values(next_.values);  // band: Y_j, next: Y_{j-1}
+    before_.values.swap(next_.values);
   }
-  return s;
 }
 
 void Evolver::settle_topology(const RunControl& run) {
@@ -149,7 +183,7 @@ void Evolver::renew(const RunControl& run) {
 
 void Evolver::renew_if_due(const RunControl& run, AdvanceReport& report) {
   if (travelled_ < options_.redistance_after) return;
-  redistance(band_, run);
+  redistance(band_, kRenewalPasses, next_.values, run);
   travelled_ = 0;
   ++report.redistancings;
 }
@@ -165,20 +199,20 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
   try {
     double left = duration;
     double planned = std::min(limit, left);
+    Crossings crossings;
     while (left > 0 && !band_.empty()) {
       run.check();
       if (report.steps == options_.max_steps)
         throw Error("the surface moves too fast: more than " + std::to_string(options_.max_steps) + " steps for one frame");
       planned = std::min({planned, limit, left});
-      const Crossings crossings = find_crossings(band_, run);
+      find_crossings(band_, crossings, run);
       const std::vector<double> speed = speeds(crossings, time + (duration - left), planned, run);
       const double fastest = largest(speed);
       double dt = planned;
       if (fastest * dt > options_.courant * h) dt = options_.courant * h / fastest;
       if (left - dt < 1e-9 * duration) dt = left;
-      if (!speed.empty() && fastest > 0) transport(node_speeds(band_, crossings, speed, run), dt, run);
-      report.tension_stages += relax(dt, run);
-      travelled_ += fastest * dt / h + 0.5 * options_.tension * dt / (h * h);
+      report.tension_stages += move(crossings, speed, dt, run);
+      travelled_ += kTransportShare * fastest * dt / h + 0.5 * options_.tension * dt / (h * h);
       report.max_speed = std::max(report.max_speed, fastest);
       report.max_courant = std::max(report.max_courant, fastest * dt / h);
       ++report.steps;
@@ -210,7 +244,9 @@ void Evolver::settle_volumes(const RunControl& run) {
     }
     if (done) return;
     travelled_ += largest(shift) / band_.voxel();
-    transport(node_speeds(band_, crossings, shift, run), 1, run);
+    StepCoefficients c = coefficients(band_);
+    c.c = 1;
+    transport(crossings, shift, c, run);
     settle_topology(run);
   }
 }

@@ -10,6 +10,8 @@
 
 namespace meniscus::band {
 
+struct StepCoefficients;  // kernels.h
+
 struct EvolverOptions {
   double tension = 0;              ///< β >= 0, units²/s: a sphere shrinks by dR/dt = -2β/R
   double courant = 0.5;            ///< voxels a surface point may move in a step, in (0, 1)
@@ -66,8 +68,10 @@ class Evolver {
 
  private:
   std::vector<double> speeds(const Crossings& crossings, double time, double step, const RunControl& run);
-  void transport(const std::vector<float>& speed, double dt, const RunControl& run);
-  int relax(double dt, const RunControl& run);
+  int move(const Crossings& crossings, std::span<const double> speed, double dt, const RunControl& run);
+  void transport(const Crossings& crossings, std::span<const double> speed, const StepCoefficients& c,
+                 const RunControl& run);
+  void relax(int stages, double dt, const RunControl& run);
   void settle_topology(const RunControl& run);
   void renew_if_due(const RunControl& run, AdvanceReport& report);
   std::vector<std::int32_t> labels_of(const Crossings& crossings) const;
@@ -79,8 +83,9 @@ class Evolver {
   std::vector<std::shared_ptr<Strategy>> strategies_;
   Labels labels_;
   std::vector<Component> components_;
-  bool tracked_ = false;  // labels and components belong to the present samples
-  double travelled_ = 0;  // voxels since the last redistancing
+  bool tracked_ = false;         // labels and components belong to the present samples
+  double travelled_ = 0;         // voxels since the last redistancing
+  Spare speed_, next_, before_;  // room for passes over the bricks
 };
 
 }  // namespace meniscus::band

@@ -8,6 +8,7 @@
 namespace {
 
 typedef float Float8 __attribute__((vector_size(32)));
+typedef int Int8 __attribute__((vector_size(32)));  // results of comparisons: all bits or none
 typedef float Float8Unaligned __attribute__((vector_size(32), aligned(4), may_alias));
 
 #define MENISCUS_KERNEL_INLINE static inline __attribute__((always_inline))
@@ -20,6 +21,8 @@ MENISCUS_KERNEL_INLINE Float8 set8(float v) { return Float8{v, v, v, v, v, v, v,
 MENISCUS_KERNEL_INLINE Float8 max8(Float8 a, Float8 b) { return _mm256_max_ps(a, b); }
 MENISCUS_KERNEL_INLINE Float8 min8(Float8 a, Float8 b) { return _mm256_min_ps(a, b); }
 MENISCUS_KERNEL_INLINE Float8 sqrt8(Float8 a) { return _mm256_sqrt_ps(a); }
+/// A bit per lane in which the comparison holds.
+MENISCUS_KERNEL_INLINE unsigned bits8(Int8 a) { return static_cast<unsigned>(_mm256_movemask_ps((__m256)a)); }
 #else
 union Halves8 {
   Float8 whole;
@@ -43,7 +46,18 @@ MENISCUS_KERNEL_INLINE Float8 sqrt8(Float8 a) {
   x.half[1] = _mm_sqrt_ps(x.half[1]);
   return x.whole;
 }
+MENISCUS_KERNEL_INLINE unsigned bits8(Int8 a) {
+  const Halves8 x{(Float8)a};
+  return static_cast<unsigned>(_mm_movemask_ps(x.half[0]) | _mm_movemask_ps(x.half[1]) << 4);
+}
 #endif
+/// The row shifted by a node; what enters comes from the row behind or ahead.
+MENISCUS_KERNEL_INLINE Float8 before8(Float8 behind, Float8 a) {
+  return __builtin_shufflevector(behind, a, 7, 8, 9, 10, 11, 12, 13, 14);
+}
+MENISCUS_KERNEL_INLINE Float8 after8(Float8 a, Float8 ahead) {
+  return __builtin_shufflevector(a, ahead, 1, 2, 3, 4, 5, 6, 7, 8);
+}
 MENISCUS_KERNEL_INLINE Float8 abs8(Float8 a) { return max8(a, -a); }
 /// The nearer to zero of two values of one sign, 0 for values of opposite signs.
 MENISCUS_KERNEL_INLINE Float8 minmod8(Float8 a, Float8 b) {

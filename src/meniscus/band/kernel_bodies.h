@@ -3,6 +3,8 @@
 #include <meniscus/band/float8.h>
 #include <meniscus/band/kernels.h>
 
+#include <cstring>
+
 // Bodies of the kernels, compiled once per processor family (see float8.h).
 namespace {
 
@@ -47,80 +49,205 @@ MENISCUS_KERNEL_INLINE Float8 curvature_rate(const float* p) {
   return min8(max8(bent / (square + tiny), -limit), limit);
 }
 
-void step_body(const float* halo, const float* speed, const float* previous, const StepCoefficients& s, float* out) {
-  const Float8 zero = set8(0), one = set8(1), background = set8(s.background), inverse = set8(1 / s.voxel);
-  const Float8 scale = inverse;  // values are made lengths per voxel, so that the tiny number above has no unit
-  for (int i = 0; i < 8; ++i)
+/// Rows of a brick in which work is to be done: bit 8 i + j.
+typedef std::uint64_t Rows;
+
+MENISCUS_KERNEL_INLINE bool any_nearer(const float* row, Float8 limit) { return bits8(abs8(load8(row)) < limit) != 0; }
+
+/// Rows that hold an active node or border on one.
+Rows active_rows(const float* halo, float background) {
+  const Float8 limit = set8(background);
+  const auto line = [&](int i) {  // rows of a plane and those beside it, one bit each
+    unsigned bits = 0;
+    for (int j = -1; j < 9; ++j) bits |= static_cast<unsigned>(any_nearer(halo + halo_at(i, j, 0), limit)) << (j + 1);
+    return bits;
+  };
+  const auto plane = [&](int i) {  // rows beside the brick
+    unsigned bits = 0;
+    for (int j = 0; j < 8; ++j) bits |= static_cast<unsigned>(any_nearer(halo + halo_at(i, j, 0), limit)) << (j + 1);
+    return bits;
+  };
+  const auto ends = [&](int i) {  // nodes behind and ahead of the rows
+    unsigned bits = 0;
     for (int j = 0; j < 8; ++j) {
       const float* p = halo + halo_at(i, j, 0);
-      const int row = (i * 8 + j) * 8;
-      const Float8 o = load8(p);
-      Float8 rate = zero;
-      if (speed != nullptr) {
-        const Float8 v = load8(speed + row);
-        const Float8 side = v > zero ? one : -one;
-        const Float8 g = upwind_square(p, kHaloX, side) + upwind_square(p, kHaloY, side) + upwind_square(p, 1, side);
-        rate = rate - v * (sqrt8(g) * scale);
-      }
-      if (s.tension != 0) {
-        // The stencil of a node next to clamped ones sees their kink: tension fades out over the voxel before.
-        const Float8 fade = min8(max8((background - abs8(o)) * inverse - one, zero), one);
-        rate = rate + set8(s.tension) * fade * (curvature_rate(p) * (inverse * inverse));
-      }
-      Float8 r = o + set8(s.c) * rate;
-      if (previous != nullptr) r = r + set8(s.b) * (load8(previous + row) - o);
-      store8(out + row, min8(max8(r, -background), background));
+      bits |= static_cast<unsigned>((p[-1] < background && p[-1] > -background) || (p[8] < background && p[8] > -background))
+              << (j + 1);
     }
+    return bits;
+  };
+  unsigned own[10];
+  own[0] = plane(-1);
+  for (int i = 0; i < 8; ++i) own[i + 1] = line(i);
+  own[9] = plane(8);
+  Rows rows = 0;
+  for (int i = 0; i < 8; ++i) {
+    const unsigned o = own[i + 1], wide = o | o << 1 | o >> 1 | own[i] | own[i + 2] | ends(i);
+    rows |= static_cast<Rows>(wide >> 1 & 0xFFu) << (8 * i);
+  }
+  return rows;
 }
 
-/// All bits set where a node has a neighbour on the other side of the surface.
-MENISCUS_KERNEL_INLINE auto beside_surface(const float* p) {
+/// Calls work(row) for every row of the set, those that come nearest to the surface first.
+template <class Work>
+MENISCUS_KERNEL_INLINE void for_rows_outwards(const float* halo, Rows rows, float background, const Work& work) {
+  constexpr int kLayers = 4;
+  for (int layer = 1; layer <= kLayers && rows != 0; ++layer) {
+    const Float8 limit = set8(background * static_cast<float>(layer) / kLayers);
+    Rows left = 0;
+    for (Rows r = rows; r != 0; r &= r - 1) {
+      const int row = __builtin_ctzll(r);
+      if (layer == kLayers || any_nearer(halo + halo_at(row >> 3, row & 7, 0), limit))
+        work(row);
+      else
+        left |= r & -r;
+    }
+    rows = left;
+  }
+}
+
+/// The rows of one column of bricks along k that a halo holds; kRims: with what borders on their ends.
+template <bool kRims>
+MENISCUS_KERNEL_INLINE void gather_column(const meniscus::band::RowSource* source, int dx, int dy, float* halo) {
+  const meniscus::band::RowSource* column = source + (dx + 1) * 9 + (dy + 1) * 3;
+  const meniscus::band::RowSource behind = column[0], own = column[1], ahead = column[2];
+  const int i_begin = dx < 0 ? -2 : dx > 0 ? 8 : 0, i_end = dx < 0 ? 0 : dx > 0 ? 10 : 8;
+  const int j_begin = dy < 0 ? -2 : dy > 0 ? 8 : 0, j_end = dy < 0 ? 0 : dy > 0 ? 10 : 8;
+  for (int i = i_begin; i < i_end; ++i) {
+    const auto row = static_cast<std::size_t>((i & 7) * 8 + (j_begin & 7));
+    const float *p = behind.first + row * behind.stride + 6, *q = own.first + row * own.stride,
+                *r = ahead.first + row * ahead.stride;
+    float* to = halo + halo_at(i, j_begin, 0);
+    for (int j = j_begin; j < j_end; ++j) {
+      if (kRims) std::memcpy(to - 2, p, 2 * sizeof(float));
+      store8(to, load8(q));
+      if (kRims) std::memcpy(to + 8, r, 2 * sizeof(float));
+      p += behind.stride;
+      q += own.stride;
+      r += ahead.stride;
+      to += kHaloY;
+    }
+  }
+}
+
+void gather_body(const meniscus::band::RowSource* source, float* halo) {
+  for (int dx = -1; dx <= 1; ++dx)
+    for (int dy = -1; dy <= 1; ++dy) gather_column<true>(source, dx, dy, halo);
+}
+
+void gather_star_body(const meniscus::band::RowSource* source, float* halo) {
+  gather_column<true>(source, 0, 0, halo);
+  gather_column<false>(source, -1, 0, halo);
+  gather_column<false>(source, 1, 0, halo);
+  gather_column<false>(source, 0, -1, halo);
+  gather_column<false>(source, 0, 1, halo);
+}
+
+void centre_body(const float* halo, float* out) {
+  for (int row = 0; row < 64; ++row) store8(out + 8 * row, load8(halo + halo_at(row >> 3, row & 7, 0)));
+}
+
+template <class Test>
+MENISCUS_KERNEL_INLINE void bits_where(const float* samples, meniscus::band::NodeBits& bits, const Test& test) {
+  for (std::size_t i = 0; i < 8; ++i) {
+    std::uint64_t plane = 0;
+    for (std::size_t j = 0; j < 8; ++j)
+      plane |= static_cast<std::uint64_t>(bits8(test(load8(samples + (i * 8 + j) * 8)))) << (8 * j);
+    bits[i] = plane;
+  }
+}
+void inside_body(const float* samples, meniscus::band::NodeBits& bits) {
+  bits_where(
+      samples, bits, [](Float8 v) __attribute__((always_inline)) { return v < set8(0); });
+}
+void nearer_body(const float* samples, float limit, meniscus::band::NodeBits& bits) {
+  bits_where(
+      samples, bits, [limit](Float8 v) __attribute__((always_inline)) { return abs8(v) < set8(limit); });
+}
+
+void step_body(const float* halo, const float* speed, const float* previous, const StepCoefficients& s, float* out) {
+  const Float8 zero = set8(0), one = set8(1), background = set8(s.background), inverse = set8(1 / s.voxel);
+  const Rows moving = active_rows(halo, s.background);
+  for (int row = 0; row < 64; ++row) {
+    const float* p = halo + halo_at(row >> 3, row & 7, 0);
+    const Float8 o = load8(p);
+    if ((moving >> row & 1) == 0) {
+      store8(out + 8 * row, o);
+      continue;
+    }
+    Float8 rate = zero;
+    if (speed != nullptr) {
+      const Float8 given = load8(speed + (p - halo));
+      const Float8 v = given == given ? given : zero;
+      const Float8 side = v > zero ? one : -one;
+      const Float8 g = upwind_square(p, kHaloX, side) + upwind_square(p, kHaloY, side) + upwind_square(p, 1, side);
+      rate = rate - v * (sqrt8(g) * inverse);
+    }
+    // The stencil of a node next to clamped ones sees their kink: tension fades out over the voxel before.
+    const Float8 fade = min8(max8((background - abs8(o)) * inverse - one, zero), one);
+    if (s.tension != 0 && bits8(fade > zero) != 0)
+      rate = rate + set8(s.tension) * fade * (curvature_rate(p) * (inverse * inverse));
+    Float8 r = o + set8(s.c) * rate;
+    if (previous != nullptr) r = r + set8(s.b) * (load8(previous + 8 * row) - o);
+    store8(out + 8 * row, min8(max8(r, -background), background));
+  }
+}
+
+/// Where a node has a neighbour on the other side of the surface.
+MENISCUS_KERNEL_INLINE Int8 beside_surface(const float* p) {
   const Float8 zero = set8(0);
-  const auto inside = load8(p) < zero;
+  const Int8 inside = load8(p) < zero;
   return (inside ^ (load8(p - kHaloX) < zero)) | (inside ^ (load8(p + kHaloX) < zero)) |
          (inside ^ (load8(p - kHaloY) < zero)) | (inside ^ (load8(p + kHaloY) < zero)) | (inside ^ (load8(p - 1) < zero)) |
          (inside ^ (load8(p + 1) < zero));
 }
 
-MENISCUS_KERNEL_INLINE void add_upwind(const float* phi, const float* speed, int stride, Float8 here, Float8& sum,
-                                       Float8& weights) {
-  const Float8 zero = set8(0);
-  const Float8 m = abs8(load8(phi - stride)), p = abs8(load8(phi + stride));
-  const Float8 v = m < p ? load8(speed - stride) : load8(speed + stride);
-  Float8 w = max8(here - min8(m, p), zero);
-  w = v == v ? w : zero;
-  sum = sum + w * (v == v ? v : zero);
-  weights = weights + w;
+/// Weighted speeds of the neighbours nearer to the surface.
+struct Arrived {
+  Float8 sum, weight;
+};
+MENISCUS_KERNEL_INLINE Arrived upwind_speed(Float8 here, Float8 phi_m, Float8 phi_p, Float8 v_m, Float8 v_p) {
+  const Float8 m = abs8(phi_m), p = abs8(phi_p), zero = set8(0);
+  const Float8 v = m < p ? v_m : v_p;
+  const Float8 w = max8(here - min8(m, p), zero);
+  return {v == v ? w * v : zero, v == v ? w : zero};
 }
 
-void extend_body(const float* phi_halo, const float* speed_halo, float* out) {
-  const Float8 zero = set8(0);
-  for (int i = 0; i < 8; ++i)
-    for (int j = 0; j < 8; ++j) {
-      const float* f = phi_halo + halo_at(i, j, 0);
-      const float* v = speed_halo + halo_at(i, j, 0);
-      const Float8 here = abs8(load8(f));
-      Float8 sum = zero, weights = zero;
-      add_upwind(f, v, kHaloX, here, sum, weights);
-      add_upwind(f, v, kHaloY, here, sum, weights);
-      add_upwind(f, v, 1, here, sum, weights);
-      const Float8 own = load8(v);
-      const Float8 mean = weights > zero ? sum / (weights > zero ? weights : set8(1)) : own;
-      store8(out + (i * 8 + j) * 8, beside_surface(f) ? own : mean);
-    }
+void extend_body(const float* phi_halo, float* speed_halo, float background) {
+  const Float8 zero = set8(0), one = set8(1);
+  constexpr int kAlongRow = 2;  // steps along the row per visit
+  const Rows rows = active_rows(phi_halo, background);
+  for_rows_outwards(
+      phi_halo, rows, background, [&](int row) __attribute__((always_inline)) {
+        const float* f = phi_halo + halo_at(row >> 3, row & 7, 0);
+        float* v = speed_halo + halo_at(row >> 3, row & 7, 0);
+        const Float8 here = abs8(load8(f));
+        const Float8 own = load8(v), behind = load8(v - 8), ahead = load8(v + 8);
+        const Int8 beside = beside_surface(f);
+        const Arrived x = upwind_speed(here, load8(f - kHaloX), load8(f + kHaloX), load8(v - kHaloX), load8(v + kHaloX));
+        const Arrived y = upwind_speed(here, load8(f - kHaloY), load8(f + kHaloY), load8(v - kHaloY), load8(v + kHaloY));
+        const Float8 phi_m = load8(f - 1), phi_p = load8(f + 1);
+        Float8 r = own;
+        for (int t = 0; t < kAlongRow; ++t) {
+          const Arrived z = upwind_speed(here, phi_m, phi_p, before8(behind, r), after8(r, ahead));
+          const Float8 weight = x.weight + y.weight + z.weight;
+          const Float8 mean = (x.sum + y.sum + z.sum) / (weight > zero ? weight : one);
+          r = beside ? own : weight > zero ? mean : r;
+        }
+        store8(v, r);
+      });
 }
 
 /// One axis of the eikonal stencil: (u - a)² w = 1, in voxels.
 struct Upwind {
   Float8 a, w;
 };
-MENISCUS_KERNEL_INLINE Upwind upwind_of(const float* p, int stride, Float8 sign) {
-  const Float8 m = sign * load8(p - stride), q = sign * load8(p + stride);
-  const Float8 near = min8(m, q);
-  const Float8 far = m < q ? sign * load8(p - 2 * stride) : sign * load8(p + 2 * stride);
-  const auto second = far < near;
-  const Float8 third = set8(1.0f / 3.0f);
-  return {second ? near + (near - far) * third : near, second ? set8(2.25f) : set8(1)};
+MENISCUS_KERNEL_INLINE Upwind upwind_of(const float* row, int stride, Float8 sign) {
+  const Float8 m = sign * load8(row - stride), p = sign * load8(row + stride);
+  const Float8 near = min8(m, p);
+  const Float8 far = sign * (m < p ? load8(row - 2 * stride) : load8(row + 2 * stride));
+  const Int8 second = far < near;
+  return {second ? near + (near - far) * set8(1.0f / 3.0f) : near, second ? set8(2.25f) : set8(1)};
 }
 MENISCUS_KERNEL_INLINE void order(Upwind& l, Upwind& r) {
   const auto swap = r.a < l.a;
@@ -128,37 +255,111 @@ MENISCUS_KERNEL_INLINE void order(Upwind& l, Upwind& r) {
   l = {swap ? r.a : x.a, swap ? r.w : x.w};
   r = {swap ? x.a : r.a, swap ? x.w : r.w};
 }
+/// The distance, in voxels, that agrees with one, two or three axes.
+MENISCUS_KERNEL_INLINE Float8 solve_eikonal(Upwind x, Upwind y, Upwind z) {
+  const Float8 zero = set8(0), one = set8(1);
+  order(x, y);
+  order(y, z);
+  order(x, y);
+  // Values from here on are relative to the nearest axis: no cancellation.
+  const Float8 b = y.a - x.a, c = z.a - x.a;
+  const Float8 u1 = x.w > one ? set8(2.0f / 3.0f) : one;
+  const Float8 w2 = x.w + y.w, s2 = y.w * b;
+  const Float8 u2 = (s2 + sqrt8(max8(s2 * s2 - w2 * (s2 * b - one), zero))) / w2;
+  const Float8 w3 = w2 + z.w, s3 = s2 + z.w * c;
+  const Float8 u3 = (s3 + sqrt8(max8(s3 * s3 - w3 * (s2 * b + z.w * c * c - one), zero))) / w3;
+  Float8 u = u1 > b ? u2 : u1;
+  u = ((u1 > b) & (u2 > c)) ? u3 : u;
+  return x.a + u;
+}
 
-float eikonal_body(const float* halo, float voxel, float background, float* out) {
-  const Float8 zero = set8(0), one = set8(1), inverse = set8(1 / voxel);
+float eikonal_body(float* halo, float voxel, float background) {
+  const Float8 zero = set8(0), inverse = set8(1 / voxel);
   Float8 change = zero;
-  for (int i = 0; i < 8; ++i)
-    for (int j = 0; j < 8; ++j) {
-      const float* p = halo + halo_at(i, j, 0);
-      const Float8 o = load8(p);
-      const Float8 sign = o < zero ? -inverse : inverse;
-      Upwind x = upwind_of(p, kHaloX, sign), y = upwind_of(p, kHaloY, sign), z = upwind_of(p, 1, sign);
-      order(x, y);
-      order(y, z);
-      order(x, y);
-      // Values from here on are relative to the nearest axis: no cancellation.
-      const Float8 b = y.a - x.a, c = z.a - x.a;
-      const Float8 u1 = one / sqrt8(x.w);
-      const Float8 w2 = x.w + y.w, s2 = y.w * b;
-      const Float8 u2 = (s2 + sqrt8(max8(s2 * s2 - w2 * (s2 * b - one), zero))) / w2;
-      const Float8 w3 = w2 + z.w, s3 = s2 + z.w * c;
-      const Float8 u3 = (s3 + sqrt8(max8(s3 * s3 - w3 * (s2 * b + z.w * c * c - one), zero))) / w3;
-      Float8 u = u1 > b ? u2 : u1;
-      u = ((u1 > b) & (u2 > c)) ? u3 : u;
-      const Float8 distance = min8((x.a + u) * set8(voxel), set8(background));
-      const Float8 solved = o < zero ? -distance : distance;
-      const Float8 r = beside_surface(p) ? o : solved;
-      change = max8(change, abs8(r - o));
-      store8(out + (i * 8 + j) * 8, r);
-    }
+  const Rows rows = active_rows(halo, background);
+  for_rows_outwards(
+      halo, rows, background, [&](int row) __attribute__((always_inline)) {
+        float* p = halo + halo_at(row >> 3, row & 7, 0);
+        const Float8 o = load8(p);
+        const Int8 beside = beside_surface(p);
+        const Float8 sign = o < zero ? -inverse : inverse;
+        const Upwind x = upwind_of(p, kHaloX, sign), y = upwind_of(p, kHaloY, sign), z = upwind_of(p, 1, sign);
+        const Float8 distance = min8(solve_eikonal(x, y, z) * set8(voxel), set8(background));
+        const Float8 r = beside ? o : o < zero ? -distance : distance;
+        change = max8(change, abs8(r - o));
+        store8(p, r);
+      });
   float largest = 0;
   for (int l = 0; l < 8; ++l) largest = change[l] > largest ? change[l] : largest;
   return largest;
+}
+
+/// The square of the difference along one axis.
+MENISCUS_KERNEL_INLINE Float8 slope_square(const float* p, int stride) {
+  const Float8 zero = set8(0), m = load8(p - stride), o = load8(p), q = load8(p + stride);
+  const Int8 inside = o < zero;
+  const Float8 left = o - m, right = q - o;
+  const Float8 crossing = max8((inside ^ (m < zero)) ? abs8(left) : zero, (inside ^ (q < zero)) ? abs8(right) : zero);
+  const Float8 d = ((left < zero) ^ (right < zero)) ? crossing : set8(0.5f) * (left + right);
+  return d * d;
+}
+
+/// The nearest crossing along one axis, in voxels; 2 when there is none.
+MENISCUS_KERNEL_INLINE Float8 axis_crossing(const float* p, int stride) {
+  const Float8 zero = set8(0), far = set8(2), o = load8(p), m = load8(p - stride), q = load8(p + stride);
+  const Int8 inside = o < zero, left = inside ^ (m < zero), right = inside ^ (q < zero);
+  return min8(left ? o / (o - m) : far, right ? o / (o - q) : far);
+}
+
+/// Slopes of the nodes next to the surface and how many there are (1 or 0), in the brick and one node around it.
+struct Slopes {
+  meniscus::band::Halo slope, count;
+
+  explicit Slopes(const float* halo) {
+    for (int i = -1; i < 9; ++i)
+      for (int j = -1; j < 9; ++j)
+        for (const int k : {-1, 1}) {
+          const float* p = halo + halo_at(i, j, k);
+          const Int8 beside = beside_surface(p);
+          Float8 s = set8(0), c = s;
+          if (bits8(beside) != 0) {
+            c = beside ? set8(1) : c;
+            s = beside ? sqrt8(slope_square(p, kHaloX) + slope_square(p, kHaloY) + slope_square(p, 1)) : s;
+          }
+          store8(slope + halo_at(i, j, k), s);
+          store8(count + halo_at(i, j, k), c);
+        }
+  }
+
+  /// Mean over the 27 nodes about each of a row.
+  Float8 mean(int row) {
+    Float8 s = set8(0), c = s;
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j)
+        for (int k = -1; k <= 1; ++k) {
+          const int at = halo_at((row >> 3) + i, (row & 7) + j, k);
+          s = s + load8(slope + at);
+          c = c + load8(count + at);
+        }
+    return s / c;
+  }
+};
+
+void rescale_body(const float* halo, float voxel, float* out) {
+  const Float8 zero = set8(0);
+  Slopes slopes(halo);
+  for (int row = 0; row < 64; ++row) {
+    const float* p = halo + halo_at(row >> 3, row & 7, 0);
+    const Float8 o = load8(p);
+    const Int8 beside = load8(slopes.count + (p - halo)) > zero;
+    Float8 r = o;
+    if (bits8(beside) != 0) {
+      const Float8 along = min8(axis_crossing(p, kHaloX), min8(axis_crossing(p, kHaloY), axis_crossing(p, 1)));
+      const Float8 d = set8(voxel) * min8(abs8(o) / max8(slopes.mean(row), set8(1e-20f)), along);
+      r = beside ? (o < zero ? -d : d) : o;
+    }
+    store8(out + 8 * row, r);
+  }
 }
 
 void averaged_body(const ParticleLanes& p, const float* px, const float* py, const float* pz, float* out) {
@@ -208,6 +409,7 @@ void density_body(const ParticleLanes& p, const float* px, const float* py, cons
   store8(out + 24, sz);
 }
 
-constexpr meniscus::band::Kernels kSet = {step_body, extend_body, eikonal_body, averaged_body, density_body};
+constexpr meniscus::band::Kernels kSet = {gather_body, gather_star_body, centre_body,  inside_body,   nearer_body, step_body,
+                                          extend_body, eikonal_body,     rescale_body, averaged_body, density_body};
 
 }  // namespace

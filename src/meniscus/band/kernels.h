@@ -1,16 +1,33 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace meniscus::band {
 
-/// A brick's 8³ samples with two more on every side, rows padded to 16: what the stencils read.
+/// A brick's 8³ samples with two more on every side: what the stencils read. A row fills a cache line, so that no load of a
+/// stencil straddles two.
 inline constexpr int kHaloSide = 12;
 inline constexpr int kHaloY = 16;
 inline constexpr int kHaloX = kHaloSide * kHaloY;
-inline constexpr int kHaloSize = kHaloSide * kHaloX + 16;
+inline constexpr int kHaloSize = kHaloSide * kHaloX;
 /// Place of sample (i, j, k) of the brick itself, -2 <= i, j, k < 10.
-constexpr int halo_at(int i, int j, int k) { return (i + 2) * kHaloX + (j + 2) * kHaloY + (k + 2); }
+constexpr int halo_at(int i, int j, int k) { return (i + 2) * kHaloX + (j + 2) * kHaloY + (k + 4); }
+struct alignas(64) Halo {
+  float samples[kHaloSize];
+  operator float*() { return samples; }
+  operator const float*() const { return samples; }
+};
+
+/// Where a brick's rows of eight lie; a brick that is not there is one row of constants (stride 0).
+struct RowSource {
+  const float* first;
+  std::size_t stride;
+};
+
+/// A bit per node of a brick: plane i, bit 8 j + k.
+using NodeBits = std::array<std::uint64_t, 8>;
 
 /// One explicit stage: out = φ + b (previous - φ) + c rate(φ), clamped to ±background, with
 /// rate = -V |∇φ| (second-order upwind, Godunov) + tension κ |∇φ| (central differences). THEORY (5.1), (5.2).
@@ -34,14 +51,29 @@ struct ParticleLanes {
 
 /// The innermost loops, one set per processor family; all sets give the same bits.
 struct Kernels {
-  /// `speed` and `previous` hold 512 numbers each; null means none (no transport; b must be 0).
+  /// Copies a brick (source[13]) and its 26 neighbours' rims, numbered as Band::direction(), into a halo.
+  void (*gather)(const RowSource* source, float* halo);
+  /// The same without what lies across edges and corners: enough for stencils along the axes.
+  void (*gather_star)(const RowSource* source, float* halo);
+  /// Copies the brick out of its halo.
+  void (*centre)(const float* halo, float* out);
+  /// The nodes whose sample is below zero.
+  void (*inside)(const float* samples, NodeBits& bits);
+  /// The nodes whose sample is nearer to zero than `limit`.
+  void (*nearer)(const float* samples, float limit, NodeBits& bits);
+  /// `speed` is a halo (NaN: none), `previous` holds 512 numbers; null means none (no transport; b must be 0). Rows that are
+  /// clamped and border on clamped rows only stay as they are.
   void (*step)(const float* halo, const float* speed, const float* previous, const StepCoefficients& c, float* out);
-  /// Carries speeds outwards along ∇φ: nodes next to the surface keep theirs; every other node takes the mean of its
-  /// neighbours nearer to the surface. NaN = not known yet.
-  void (*extend)(const float* phi_halo, const float* speed_halo, float* out);
-  /// One Jacobi pass of the eikonal equation, second order where two upwind samples exist; nodes next to the surface stay.
-  /// Returns the largest change.
-  float (*eikonal)(const float* halo, float voxel, float background, float* out);
+  /// Carries speeds outwards along ∇φ through a brick, the rows nearest to the surface first: nodes next to the surface
+  /// keep theirs; every other node takes the mean of its neighbours nearer to the surface. NaN = not known yet.
+  void (*extend)(const float* phi_halo, float* speed_halo, float background);
+  /// Solves the eikonal equation through a brick, the rows nearest to the surface first, second order where two upwind
+  /// samples exist; nodes next to the surface stay. Returns the largest change.
+  float (*eikonal)(float* halo, float voxel, float background);
+  /// Makes samples next to the surface distances: φ / |∇φ|, at most the distance along an axis crossing; the slope |∇φ| is
+  /// the mean over the nodes next to the surface among the 27 around (central differences; at a kink, where two sheets
+  /// nearly touch, the side that crosses). The others stay.
+  void (*rescale)(const float* halo, float voxel, float* out);
   /// Weighted means at 8 points: out rows: Σw, Σwx, Σwy, Σwz, Σwr; w = weight (1-d²)³ with d² isotropic (metric row 0).
   void (*averaged)(const ParticleLanes& p, const float* x, const float* y, const float* z, float* out);
   /// Sum of blobs at 8 points with gradient: out rows: Σf, its x, y, z derivatives; f = weight (1-d²)³.

@@ -109,27 +109,39 @@ double side_near(const TriangleTree& tree, const field::Grid& sides, const field
   return through ? sides.value(ahead) : given;
 }
 
-/// Distances with the signs of `sides`, brick by brick. Neighbouring samples differ by a voxel at most: each search starts
-/// from what the sample before has found.
+/// Distances of a brick's samples, by blocks of 4³: what is near a block serves all its samples.
+void brick_distances(const TriangleTree& tree, const field::Grid& grid, const field::Coord& brick, double background,
+                     double* distances) {
+  constexpr std::int32_t kBlock = 4;
+  const double voxel = grid.voxel(), radius = 0.5 * (kBlock - 1) * std::sqrt(3.0) * voxel;
+  const auto position = [&](double i, double j, double k) {
+    return Vec3(grid.origin() + voxel * Vec3(8.0 * brick[0] + i, 8.0 * brick[1] + j, 8.0 * brick[2] + k));
+  };
+  for (std::int32_t block = 0; block < 8; ++block) {
+    const std::int32_t i0 = block / 4 * kBlock, j0 = block / 2 % 2 * kBlock, k0 = block % 2 * kBlock;
+    constexpr double kMiddle = 0.5 * (kBlock - 1);
+    TriangleTree::Nearby nearby(tree, position(i0 + kMiddle, j0 + kMiddle, k0 + kMiddle), radius * (1 + 1e-9), background);
+    for (std::int32_t i = i0; i < i0 + kBlock; ++i)
+      for (std::int32_t j = j0; j < j0 + kBlock; ++j)
+        for (std::int32_t k = k0; k < k0 + kBlock; ++k)
+          distances[field::Grid::number(i, j, k)] = nearby.empty() ? background : nearby.distance(position(i, j, k));
+  }
+}
+
+/// Distances with the signs of `sides`.
 std::vector<float> signed_distances(const TriangleTree& tree, const field::Grid& sides, double background,
                                     const RunControl& run) {
   std::vector<float> values(sides.bricks().size() * field::Grid::kBrickVoxels);
-  const double step = sides.voxel() * (1 + 1e-9);
-  parallel_blocks(sides.bricks().size(), 8, run, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      const field::Coord& at = sides.bricks()[b];
-      double distances[field::Grid::kBrickVoxels];
-      for (std::size_t n = 0; n < field::Grid::kBrickVoxels; ++n) {
-        const auto v = static_cast<int>(n);
-        const field::Coord ijk = coord(at, v);
-        const Vec3 x = sides.origin() + sides.voxel() * Vec3(ijk[0], ijk[1], ijk[2]);
-        const std::size_t back = n % 8 > 0 ? 1 : n % 64 > 0 ? 8 : 64;  // a neighbour already done
-        const double bound = n == 0 ? background : std::min(background, distances[n - back] + step);
-        distances[n] = tree.distance(x, bound);
-        double side = sides.brick(b)[n];
-        if (distances[n] < kNear * sides.voxel()) side = side_near(tree, sides, ijk, x);
-        values[b * field::Grid::kBrickVoxels + n] = static_cast<float>(std::copysign(distances[n], side));
+  parallel_for(sides.bricks().size(), 8, run, [&](std::size_t b) {
+    double distances[field::Grid::kBrickVoxels];
+    brick_distances(tree, sides, sides.bricks()[b], background, distances);
+    for (std::size_t n = 0; n < field::Grid::kBrickVoxels; ++n) {
+      double side = sides.brick(b)[n];
+      if (distances[n] < kNear * sides.voxel()) {
+        const field::Coord ijk = coord(sides.bricks()[b], static_cast<int>(n));
+        side = side_near(tree, sides, ijk, sides.origin() + sides.voxel() * Vec3(ijk[0], ijk[1], ijk[2]));
       }
+      values[b * field::Grid::kBrickVoxels + n] = static_cast<float>(std::copysign(distances[n], side));
     }
   });
   return values;

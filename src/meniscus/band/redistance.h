@@ -12,7 +12,10 @@ struct RedistanceReport {
 
 /// Makes the samples signed distances again (|∇φ| = 1) without moving the surface: nodes next to it are divided by a
 /// smoothed |∇φ|, so that crossings stay where they are to well below a hundredth of a voxel; the others follow from them
-/// by the eikonal equation, second order. Does not wake or drop bricks. Cost: about ten passes over the bricks.
-RedistanceReport redistance(Band& band, const RunControl& run = {});
+/// by the eikonal equation, second order. Does not wake or drop bricks. Ends when a pass changes less than a ten-thousandth
+/// of a voxel, or after `max_passes` over the bricks: two suffice for samples that are nearly distances already.
+RedistanceReport redistance(Band& band, const RunControl& run = {}, int max_passes = 16);
+/// The same with room for the samples that the caller keeps.
+RedistanceReport redistance(Band& band, int max_passes, std::vector<float>& room, const RunControl& run);
 
 }  // namespace meniscus::band

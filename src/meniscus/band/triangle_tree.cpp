@@ -79,19 +79,25 @@ Vec3 TriangleTree::normal_towards(const Vec3& p, double bound) const {
 TriangleTree::Hit TriangleTree::search(const Vec3& p, double bound) const {
   double best = bound * bound;
   const Corners* triangle = nullptr;
+  if (!nodes_.empty()) descend(p, 0, best, triangle);
+  return {triangle ? std::sqrt(best) : bound, triangle};
+}
+
+/// Looks through a subtree for what is nearer than `squared`.
+void TriangleTree::descend(const Vec3& p, std::uint32_t from, double& squared, const Corners*& triangle) const {
   std::pair<double, std::uint32_t> stack[kDeepest];
   int depth = 0;
-  if (!nodes_.empty()) stack[depth++] = {squared_distance(p, nodes_[0].box), 0};
+  stack[depth++] = {squared_distance(p, nodes_[from].box), from};
   while (depth > 0) {
     const auto [nearest, n] = stack[--depth];
-    if (nearest >= best) continue;
+    if (nearest >= squared) continue;
     const Node& node = nodes_[n];
     if (node.count > 0) {
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
         const Corners& t = triangles_[i];
         const double d = squared_distance_to_triangle(p, t.a, t.b, t.c);
-        if (d >= best) continue;
-        best = d;
+        if (d >= squared) continue;
+        squared = d;
         triangle = &t;
       }
       continue;
@@ -102,7 +108,46 @@ TriangleTree::Hit TriangleTree::search(const Vec3& p, double bound) const {
     stack[depth++] = far;
     stack[depth++] = near;
   }
-  return {triangle ? std::sqrt(best) : bound, triangle};
+}
+
+TriangleTree::Nearby::Nearby(const TriangleTree& tree, const Vec3& center, double radius, double bound)
+    : tree_(tree), bound_(bound) {
+  constexpr double kRounding = 1 + 1e-9;
+  const Hit hit = tree.search(center, (bound + radius) * kRounding);
+  if (!hit.triangle) return;
+  last_ = hit.triangle;
+  // No point of the ball is farther from its nearest triangle than this, nor is that triangle from the center than `reach`.
+  const double reach = (std::min(bound, hit.distance + radius) + radius) * kRounding;
+  std::vector<std::uint32_t> open = {0};
+  while (!open.empty()) {
+    const std::uint32_t n = open.back();
+    open.pop_back();
+    const Node& node = tree.nodes_[n];
+    if (squared_distance(center, node.box) > reach * reach) continue;
+    if (node.count > 0 || node.box.size().maxCoeff() <= radius) {
+      roots_.push_back(n);
+    } else {
+      open.push_back(node.first);
+      open.push_back(n + 1);
+    }
+  }
+}
+
+double TriangleTree::Nearby::distance(const Vec3& p) {
+  double best = bound_ * bound_;
+  const Corners* triangle = nullptr;
+  const auto look = [&](const Corners& t) {
+    const double d = squared_distance_to_triangle(p, t.a, t.b, t.c);
+    if (d >= best) return;
+    best = d;
+    triangle = &t;
+  };
+  if (last_ != nullptr) look(*last_);
+  for (const std::uint32_t n : roots_)
+    if (squared_distance(p, tree_.nodes_[n].box) < best) tree_.descend(p, n, best, triangle);
+  if (triangle == nullptr) return bound_;
+  last_ = triangle;
+  return std::sqrt(best);
 }
 
 }  // namespace meniscus::band

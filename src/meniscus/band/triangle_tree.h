@@ -21,6 +21,8 @@ class TriangleTree {
   /// is nearer than `bound`, when the nearest has no area, or for a point in its plane.
   Vec3 normal_towards(const Vec3& p, double bound) const;
 
+  class Nearby;
+
  private:
   struct Node {
     Box box;
@@ -35,10 +37,31 @@ class TriangleTree {
     const Corners* triangle;  // null when nothing is nearer than the bound
   };
   Hit search(const Vec3& p, double bound) const;
+  void descend(const Vec3& p, std::uint32_t from, double& squared, const Corners*& triangle) const;
   std::uint32_t build(std::vector<Corners>& all, std::uint32_t begin, std::uint32_t end);
 
   std::vector<Node> nodes_;
   std::vector<Corners> triangles_;
+};
+
+/// The part of a tree that questions from within a ball can need: found once, it makes many questions from there short.
+/// Not safe to ask from several threads. The tree must outlive it.
+class TriangleTree::Nearby {
+ public:
+  /// For points within `radius` of `center` and distances up to `bound`.
+  Nearby(const TriangleTree& tree, const Vec3& center, double radius, double bound);
+
+  /// No triangle is nearer than the bound to any point of the ball.
+  bool empty() const { return roots_.empty(); }
+  /// As TriangleTree::distance(p, bound), to the last bit. Neighbouring points asked one after the other are quickest: the
+  /// triangle found last is tried first.
+  double distance(const Vec3& p);
+
+ private:
+  const TriangleTree& tree_;
+  double bound_;
+  std::vector<std::uint32_t> roots_;  // of subtrees, small against the ball
+  const Corners* last_ = nullptr;
 };
 
 }  // namespace meniscus::band
