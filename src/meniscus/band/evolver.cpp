@@ -206,6 +206,11 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
         throw Error("the surface moves too fast: more than " + std::to_string(options_.max_steps) + " steps for one frame");
       planned = std::min({planned, limit, left});
       find_crossings(band_, crossings, run);
+      if (crossings.size() == 0) {  // the last piece has vanished
+        band_.keep_surface(run);
+        settle_topology(run);
+        break;
+      }
       const std::vector<double> speed = speeds(crossings, time + (duration - left), planned, run);
       const double fastest = largest(speed);
       double dt = planned;

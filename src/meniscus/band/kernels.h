@@ -71,8 +71,8 @@ struct Kernels {
   /// samples exist; nodes next to the surface stay. Returns the largest change.
   float (*eikonal)(float* halo, float voxel, float background);
   /// Makes samples next to the surface distances: φ / |∇φ|, at most the distance along an axis crossing; the slope |∇φ| is
-  /// the mean over the nodes next to the surface among the 27 around (central differences; at a kink, where two sheets
-  /// nearly touch, the side that crosses). The others stay.
+  /// the mean over the node and those of its neighbours that are next to the surface too (central differences; at a kink,
+  /// where two sheets nearly touch, the side that crosses). The others stay.
   void (*rescale)(const float* halo, float voxel, float* out);
   /// Weighted means at 8 points: out rows: Σw, Σwx, Σwy, Σwz, Σwr; w = weight (1-d²)³ with d² isotropic (metric row 0).
   void (*averaged)(const ParticleLanes& p, const float* x, const float* y, const float* z, float* out);

@@ -54,8 +54,9 @@ void check_size(const mesh::Mesh& mesh, const MeshToGridOptions& options) {
                       " voxels across; take a larger voxel");
 }
 
-/// OpenVDB's narrow band: which bricks there are, and each sample's side. Its distances are right only near the surface:
-/// further out it carries the nearest triangle from voxel to voxel.
+constexpr float kSidesWidth = 2;  // voxels
+
+/// OpenVDB's level set in a narrow band: each sample's side. Its distances are not used.
 field::Grid sides(const mesh::Mesh& mesh, const MeshToGridOptions& options, const RunControl& run) {
   // OpenVDB takes vertices as floats: measure them from a voxel near the middle.
   const Vec3 middle = mesh::bounds(mesh).center() / options.voxel;
@@ -74,13 +75,12 @@ field::Grid sides(const mesh::Mesh& mesh, const MeshToGridOptions& options, cons
 
   const auto transform = openvdb::math::Transform::createLinearTransform(options.voxel);
   transform->postTranslate(openvdb::Vec3d(origin.data()));
-  const auto width = static_cast<float>(options.half_width + 1);  // its distances may be too large: none is missed
   const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
   Interrupter interrupter(run);
   openvdb::util::NullInterrupter& base = interrupter;  // the library holds code for this type
   openvdb::FloatGrid::Ptr grid;
   run.execute([&] {
-    grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(base, adapter, *transform, width, width,
+    grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(base, adapter, *transform, kSidesWidth, kSidesWidth,
                                                             openvdb::tools::DISABLE_RENORMALIZATION);
   });
   run.check();
@@ -128,17 +128,60 @@ void brick_distances(const TriangleTree& tree, const field::Grid& grid, const fi
   }
 }
 
+/// Bricks that may come within `reach` of the surface, in order.
+std::vector<field::Coord> bricks_within(const TriangleTree& tree, const field::Grid& sides, double reach,
+                                        const RunControl& run) {
+  const double brick = field::Grid::kBrick * sides.voxel();
+  const auto around = static_cast<std::int32_t>(std::ceil(reach / brick));
+  std::vector<field::Coord> all;
+  for (const field::Coord& c : sides.bricks())
+    for (std::int32_t i = -around; i <= around; ++i)
+      for (std::int32_t j = -around; j <= around; ++j)
+        for (std::int32_t k = -around; k <= around; ++k) all.push_back({c[0] + i, c[1] + j, c[2] + k});
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  const double bound = reach + 0.5 * std::sqrt(3.0) * brick;
+  std::vector<char> near(all.size());
+  parallel_for(all.size(), 64, run, [&](std::size_t b) {
+    const Vec3 middle = Vec3(all[b][0], all[b][1], all[b][2]).array() + 0.5;
+    near[b] = tree.distance(sides.origin() + brick * middle, bound) < bound;
+  });
+  std::vector<field::Coord> out;
+  for (std::size_t b = 0; b < all.size(); ++b)
+    if (near[b] != 0) out.push_back(all[b]);
+  return out;
+}
+
+/// The sides of a brick's samples. A brick that is not there lies on one side: that of most of its columns, as a sample next
+/// to the surface may err.
+class BrickSides {
+ public:
+  BrickSides(const field::Grid& sides, const field::Coord& brick) : view_(sides.view(brick)) {
+    int inside = 0;
+    if (view_.samples == nullptr)
+      for (std::int32_t n = 0; n < 64; ++n) inside += view_.value(n / 8, n % 8, 0) < 0;
+    far_ = inside > 32 ? -1 : 1;
+  }
+  double operator()(std::int32_t n) const { return view_.samples != nullptr ? static_cast<double>(view_.samples[n]) : far_; }
+
+ private:
+  field::Grid::View view_;
+  double far_;
+};
+
 /// Distances with the signs of `sides`.
-std::vector<float> signed_distances(const TriangleTree& tree, const field::Grid& sides, double background,
-                                    const RunControl& run) {
-  std::vector<float> values(sides.bricks().size() * field::Grid::kBrickVoxels);
-  parallel_for(sides.bricks().size(), 8, run, [&](std::size_t b) {
+std::vector<float> signed_distances(const TriangleTree& tree, const field::Grid& sides,
+                                    const std::vector<field::Coord>& bricks, double background, const RunControl& run) {
+  std::vector<float> values(bricks.size() * field::Grid::kBrickVoxels);
+  parallel_for(bricks.size(), 8, run, [&](std::size_t b) {
     double distances[field::Grid::kBrickVoxels];
-    brick_distances(tree, sides, sides.bricks()[b], background, distances);
+    brick_distances(tree, sides, bricks[b], background, distances);
+    const BrickSides given(sides, bricks[b]);
     for (std::size_t n = 0; n < field::Grid::kBrickVoxels; ++n) {
-      double side = sides.brick(b)[n];
+      const auto v = static_cast<std::int32_t>(n);
+      double side = given(v);
       if (distances[n] < kNear * sides.voxel()) {
-        const field::Coord ijk = coord(sides.bricks()[b], static_cast<int>(n));
+        const field::Coord ijk = coord(bricks[b], v);
         side = side_near(tree, sides, ijk, sides.origin() + sides.voxel() * Vec3(ijk[0], ijk[1], ijk[2]));
       }
       values[b * field::Grid::kBrickVoxels + n] = static_cast<float>(std::copysign(distances[n], side));
@@ -147,17 +190,18 @@ std::vector<float> signed_distances(const TriangleTree& tree, const field::Grid&
   return values;
 }
 
-/// A grid without the bricks that say no more than their absence would.
-field::Grid trimmed(const field::Grid& sides, double background, const std::vector<float>& values) {
+/// A grid of those bricks that say more than their absence would.
+field::Grid trimmed(const field::Grid& sides, const std::vector<field::Coord>& all, double background,
+                    const std::vector<float>& values) {
   std::vector<field::Coord> bricks;
   std::vector<float> kept;
   bool inside = false;
-  for (std::size_t b = 0; b < sides.bricks().size(); ++b) {
+  for (std::size_t b = 0; b < all.size(); ++b) {
     const auto first = values.begin() + static_cast<std::ptrdiff_t>(b * field::Grid::kBrickVoxels);
     const auto last = first + field::Grid::kBrickVoxels;
     if (std::all_of(first, last, [&](float v) { return std::abs(v) >= static_cast<float>(background); })) continue;
     inside = inside || std::any_of(first, last, [](float v) { return v < 0; });
-    bricks.push_back(sides.bricks()[b]);
+    bricks.push_back(all[b]);
     kept.insert(kept.end(), first, last);
   }
   if (!inside)
@@ -186,9 +230,11 @@ double estimated_bytes(const mesh::Mesh& mesh, const MeshToGridOptions& options)
 field::Grid mesh_to_grid(const mesh::Mesh& mesh, const MeshToGridOptions& options, const RunControl& run) {
   check(mesh, options);
   check_size(mesh, options);
-  const field::Grid around = sides(mesh, options, run);
+  const field::Grid side = sides(mesh, options, run);
+  const TriangleTree tree(mesh);
   const double background = options.half_width * options.voxel;
-  return trimmed(around, background, signed_distances(TriangleTree(mesh), around, background, run));
+  const std::vector<field::Coord> bricks = bricks_within(tree, side, background, run);
+  return trimmed(side, bricks, background, signed_distances(tree, side, bricks, background, run));
 }
 
 }  // namespace meniscus::band

@@ -22,7 +22,7 @@ double estimated_bytes(const mesh::Mesh& mesh, const MeshToGridOptions& options)
 ///
 /// The sign is that of the outermost closed sheet, whichever way triangles run; self-intersections are tolerated; what is
 /// thinner than about a voxel vanishes. Distances are exact but for rounding to float. Same bits for any thread count.
-/// Cost: some microseconds a sample of the band, most of them in finding exact distances.
+/// Cost: one to three microseconds a sample of the band, most of them in finding exact distances.
 /// Throws InvalidInput for an empty mesh, an open one (naming the number of open edges), vertices that are not finite,
 /// triangles without their vertices, an option out of range, or when nothing of the inside is left at this voxel size;
 /// ResourceLimit with the estimate when memory would not suffice; Cancelled.

@@ -50,8 +50,9 @@ class Target final : public Strategy {
   double rate_, reach_;
 };
 
-/// V = rate · (A₀-A)/A₀ · voxel-independent length: keeps every component's area near its goal.
-/// Speed in units per second at a relative error of one is `speed`.
+/// V = speed · (A₀ - A)/A₀ with A the area of all components together, as in [DC98]: the whole surface moves outwards while
+/// it is too small. `goal` A₀ > 0, world units squared; `speed`, units per second, at a relative error of one. What one
+/// component loses another may gain: volumes are what is held per component.
 class HoldArea final : public Strategy {
  public:
   HoldArea(double goal, double speed);

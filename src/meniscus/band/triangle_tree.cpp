@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace meniscus::band {
@@ -26,14 +27,19 @@ double squared_distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& d) 
 
 double squared_distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  // Barycentric coordinates of the foot on the plane; if it lies outside, an edge is nearest.
+  // Barycentric coordinates of the foot on the plane. If it lies outside, the nearest point is on an edge beyond which it
+  // lies: on one of two at most.
   const double d11 = ab.squaredNorm(), d12 = ab.dot(ac), d22 = ac.squaredNorm(), e1 = ap.dot(ab), e2 = ap.dot(ac);
   const double area = d11 * d22 - d12 * d12;
   const double v = d22 * e1 - d12 * e2, w = d11 * e2 - d12 * e1;
-  if (area > 1e-14 * d11 * d22 && v >= 0 && w >= 0 && v + w <= area)
-    return (ap - (v / area) * ab - (w / area) * ac).squaredNorm();
-  return std::min({squared_distance_to_segment(p, a, ab), squared_distance_to_segment(p, a, ac),
-                   squared_distance_to_segment(p, b, c - b)});
+  if (!(area > 1e-14 * d11 * d22))
+    return std::min({squared_distance_to_segment(p, a, ab), squared_distance_to_segment(p, a, ac),
+                     squared_distance_to_segment(p, b, c - b)});
+  double best = std::numeric_limits<double>::infinity();
+  if (w < 0) best = squared_distance_to_segment(p, a, ab);
+  if (v < 0) best = std::min(best, squared_distance_to_segment(p, a, ac));
+  if (v + w > area) best = std::min(best, squared_distance_to_segment(p, b, c - b));
+  return best < std::numeric_limits<double>::infinity() ? best : (ap - (v / area) * ab - (w / area) * ac).squaredNorm();
 }
 
 }  // namespace
