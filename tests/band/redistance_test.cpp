@@ -35,12 +35,12 @@ TEST(Redistancing, LeavesDistancesAlone) {
   EXPECT_LT(worst_error(band, 16, 3.9), 0.02);
 }
 
-TEST(Redistancing, FindsDistancesFromSignsNextToTheSurface) {
-  // Everything but the nodes next to the surface is forgotten.
+TEST(Redistancing, FindsDistancesFromWhatIsNearTheSurface) {
+  // Everything beyond two voxels is forgotten.
   Band band = ball(1, Vec3::Zero(), 16);
   std::vector<float> flat(band.values().begin(), band.values().end());
   for (float& f : flat)
-    if (std::abs(f) > 1) f = std::copysign(band.background(), f);
+    if (std::abs(f) > 2) f = std::copysign(band.background(), f);
   band.swap_values(flat);
   const RedistanceReport r = redistance(band);
   EXPECT_LT(r.last_change, 1e-4);
