@@ -23,11 +23,14 @@ void add_sculpt(CLI::App& app, Session& session);
 void add_check(CLI::App& app, Session& session);
 void add_schema(CLI::App& app, Session& session);
 void add_completion(CLI::App& app, Session& session);
+void add_fit(CLI::App& app, Session& session);
+void add_boolean(CLI::App& app, Session& session);
 
 namespace {
 
-constexpr AddVerb kVerbs[] = {add_info, add_sample, add_mesh,    add_track, add_render, add_skin,      add_morph,
-                              add_edit, add_sculpt, add_convert, add_check, add_schema, add_completion};
+constexpr AddVerb kVerbs[] = {add_info,    add_sample,  add_mesh,  add_track,  add_render,
+                              add_skin,    add_morph,   add_edit,  add_fit,    add_sculpt,
+                              add_boolean, add_convert, add_check, add_schema, add_completion};
 
 /// What the parser did not understand, with the word that was probably meant.
 std::string explain(const CLI::App& app, const CLI::ParseError& e, int argc, char** argv) {

@@ -26,6 +26,7 @@ polygonize::PolygonizeOptions MeshVerb::options(const scene::Surface& surface) c
   if (!o.box && !surface.field->bounds().finite() && !surface.field->bounds().empty())
     throw UsageError("the surface is unbounded: give --box \"x,y,z -> x,y,z\"");
   o.voxel = voxel ? *voxel : o.box ? o.box->diameter() / 128 : surface.voxel;
+  o.open = surface.open;
   if (!(o.voxel > 0)) o.voxel = 1;  // an empty surface: nothing will be sampled
   return o;
 }

@@ -119,6 +119,7 @@ void RenderVerb::add_surface(const std::string& path, std::optional<long> frame,
   const scene::Surface surface = s.open(s.kind() == scene::SurfaceSource::Kind::Scene ? frame : std::nullopt, run);
   polygonize::PolygonizeOptions o;
   o.voxel = voxel.value_or(surface.voxel);
+  o.open = surface.open;
   if (!(o.voxel > 0)) throw IoError(path, "the surface is unbounded or empty: mesh it first (meniscus mesh --box …)");
   io::Geometry g;
   g.kind = io::Geometry::Kind::Mesh;
@@ -131,7 +132,7 @@ render::Scene RenderVerb::scene_at(std::optional<long> frame, const RunControl& 
   std::size_t next = 0;
   for (const std::string& path : files) {
     const std::string format = io::format_of_path(path);
-    if (format == "json" || format == "vdb")
+    if (format == "json" || format == "vdb" || (format == "msurf" && !discs && !spheres))
       add_surface(path, frame, run, scene);
     else if (io::FramePattern::parse(path) || io::count_frames(path) > 1)
       add_file(path, sequences_[next++].read_geometry(*frame), scene);
@@ -187,7 +188,7 @@ void RenderVerb::run(Session& session) {
   for (const std::string& f : files) {
     session.add_input(f);
     const std::string format = io::format_of_path(f);
-    if (format != "json" && format != "vdb" && (io::FramePattern::parse(f) || io::count_frames(f) > 1))
+    if (format != "json" && format != "vdb" && format != "msurf" && (io::FramePattern::parse(f) || io::count_frames(f) > 1))
       sequences_.emplace_back(std::vector<std::string>{f}, options);
   }
   const std::vector<long> list = frame_list();
@@ -231,7 +232,9 @@ void add_render(CLI::App& app, Session& session) {
                                       "A picture of meshes, points and surfaces.\n\n"
                                       "Example: meniscus render skin.####.ply --shutter 0.5 -o skin.####.png");
   auto state = std::make_shared<RenderVerb>();
-  verb->add_option("input", state->files, "meshes, clouds, scenes, level sets; a pattern for a sequence")->required();
+  verb->add_option("input", state->files,
+                   "meshes, clouds, scenes, level sets, point-set surfaces (.msurf); a pattern for a sequence")
+      ->required();
   verb->add_option("--frames", state->frames, "frames to draw: 1-48, 1-100x2, 5,9,12-20; default all of a sequence");
   verb->add_option("--size", state->size, "pixels, WIDTHxHEIGHT; default 960x720");
   verb->add_option("--camera", state->camera, "\"x,y,z -> x,y,z\": place and target; default: frames the subject");
@@ -243,7 +246,8 @@ void add_render(CLI::App& app, Session& session) {
       ->check(CLI::Range(0.0, 100.0));
   verb->add_option("--fps", state->fps, "frames per second; default 24")->check(CLI::PositiveNumber);
   verb->add_option("--time", state->time, "moment of a scene, seconds; default 0");
-  verb->add_option("--voxel", state->voxel, "cell size for scenes and level sets, world units")->check(CLI::PositiveNumber);
+  verb->add_option("--voxel", state->voxel, "cell size for scenes, level sets and point-set surfaces, world units")
+      ->check(CLI::PositiveNumber);
   verb->add_flag("--discs", state->discs, "draw points (or a mesh's vertices) as discs along their normals");
   verb->add_flag("--spheres", state->spheres, "draw points (or a mesh's vertices) as spheres");
   verb->add_option("--radius", state->radius, "of discs and spheres, world units; default: their own, or half the spacing")

@@ -6,6 +6,7 @@
 #include <meniscus/io/format.h>
 #include <meniscus/io/geometry.h>
 #include <meniscus/io/lammps.h>
+#include <meniscus/io/msurf.h>
 #include <meniscus/io/obj.h>
 #include <meniscus/io/off.h>
 #include <meniscus/io/ply.h>
@@ -86,6 +87,8 @@ constexpr std::array kFormats = {
            [](const Source& s, const ReadOptions&, ReadReport& r) { return read_off(s, r); }, nullptr},
     Format{"stl", "stl", looks_like_stl, [](const Source& s, const ReadOptions&, ReadReport& r) { return read_stl(s, r); },
            write_stl, true},
+    Format{"msurf", "msurf", looks_like_msurf,
+           [](const Source& s, const ReadOptions&, ReadReport&) { return read_msurf_points(s); }, nullptr},
     Format{"usda", "usda", [](std::string_view b) { return b.starts_with("#usda"); }, nullptr, write_usda, true},
     Format{"csv", "csv", looks_like_table,
            [](const Source& s, const ReadOptions&, ReadReport& r) { return read_table(s, r); }, write_csv},

@@ -1,9 +1,11 @@
 #include <meniscus/base/error.h>
+#include <meniscus/mesh/components.h>
 #include <meniscus/polygonize/bricks_near.h>
 #include <meniscus/polygonize/clipped_field.h>
 #include <meniscus/polygonize/crease.h>
 #include <meniscus/polygonize/field_sampler.h>
 #include <meniscus/polygonize/finish.h>
+#include <meniscus/polygonize/jumps.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/polygonize/project.h>
 #include <meniscus/polygonize/shell.h>
@@ -101,6 +103,10 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
     if (options.projection > 0) settle_in_cells(clipped, s, vertices, projected);
   };
   result.mesh = finish(std::move(shell), {options.max_triangles, options.count_components}, settle, report, run);
+  if (options.open) {
+    report.triangles_on_jumps = drop_jumps(clipped, options.voxel, result.mesh, run);
+    if (options.count_components) report.components = mesh::components(result.mesh).count;
+  }
   report.evaluations += projected.evaluations;
   report.vertices_bisected = projected.bisected;
   report.vertices_on_creases = projected.creases;

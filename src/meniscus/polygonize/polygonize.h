@@ -25,6 +25,9 @@ struct PolygonizeOptions {
   /// Puts vertices where the surface has an edge or a corner onto it; otherwise these are cut off within a cell, and jagged.
   /// Needs projection.
   bool creases = true;
+  /// Leaves the mesh open where the field jumps from one sign to the other without passing zero: the borders of an open
+  /// point-set surface. Otherwise it is closed along the jump.
+  bool open = false;
   /// Computes the attribute "N": unit ∇F; on creases the mean of the faces around.
   bool normals = true;
   /// Counts the components for the report: a tenth of the time or so.
@@ -43,10 +46,11 @@ struct PolygonizeReport {
   std::size_t vertices_at_box = 0;    ///< on the faces of the box
   std::size_t vertices_bisected = 0;  ///< where Newton's method failed and bisection found the surface
   std::size_t vertices_on_creases = 0;
-  std::size_t vertices_moved = 0;     ///< taken off the surface, by 1e-4 voxel or more, to give a triangle area
-  double worst_residual = 0;          ///< largest |F|/|∇F| of vertices that were not bisected, voxels
-  std::size_t components = 0;         ///< if asked for
-  std::vector<std::string> warnings;  ///< sentences for the user
+  std::size_t vertices_moved = 0;      ///< taken off the surface, by 1e-4 voxel or more, to give a triangle area
+  std::size_t triangles_on_jumps = 0;  ///< left out, see PolygonizeOptions::open
+  double worst_residual = 0;           ///< largest |F|/|∇F| of vertices that were not bisected, voxels
+  std::size_t components = 0;          ///< if asked for
+  std::vector<std::string> warnings;   ///< sentences for the user
 };
 
 struct PolygonizeResult {
@@ -60,10 +64,10 @@ struct PolygonizeResult {
 /// Guarantees, whatever the field does: closed, manifold, oriented outward, finite; vertices within 1e-9 voxel of F = 0 (by
 /// |F|/|∇F|, plus the rounding of their coordinates) or bisected to that width across a change of sign; same bits for any
 /// number of threads. Every component of which some lattice point is inside is found, provided field.range() is right.
-/// Zero and NaN at a lattice point count as outside. An empty surface is an empty mesh.
-/// Cost: grows with the surface where field.range() excludes empty space, with the box where it cannot; memory grows with
-/// the surface. Throws InvalidInput for a voxel or box that has no meaning or an unbounded field without a box,
-/// ResourceLimit for more than 2³¹ cells along an axis or beyond the options' limits, Cancelled from `run`.
+/// With `open` the mesh is that less the triangles on jumps. Zero and NaN at a lattice point count as outside. An empty
+/// surface is an empty mesh. Cost: grows with the surface where field.range() excludes empty space, with the box where it
+/// cannot; memory grows with the surface. Throws InvalidInput for a voxel or box that has no meaning or an unbounded field
+/// without a box, ResourceLimit for more than 2³¹ cells along an axis or beyond the options' limits, Cancelled from `run`.
 PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& options, RunControl run = {});
 
 struct PolygonizeGridOptions {

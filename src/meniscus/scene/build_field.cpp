@@ -7,6 +7,7 @@
 #include <meniscus/scene/build_field.h>
 #include <meniscus/scene/file_field.h>
 #include <meniscus/scene/number.h>
+#include <meniscus/scene/point_surface.h>
 
 #include <algorithm>
 #include <cctype>
@@ -55,6 +56,10 @@ class Builder {
   FieldPtr grid(const Context& c) const {
     c.place.allow_keys({"type", "id", "freeze", "file"});
     return field_from_grid(file(c), run_);
+  }
+  FieldPtr points(const Context& c) const {
+    c.place.allow_keys({"type", "id", "freeze", "file"});
+    return pointset::field_of(read_point_surface(file(c), {}, nullptr, run_));
   }
   FieldPtr sphere(const Context& c) const {
     c.place.allow_keys({"type", "id", "freeze", "center", "radius"});
@@ -131,6 +136,7 @@ const std::vector<Builder::Type>& Builder::types() {
                                         {"expression", &Builder::expression},
                                         {"mesh", &Builder::mesh},
                                         {"grid", &Builder::grid},
+                                        {"points", &Builder::points},
                                         {"particles", &Builder::particles},
                                         {"union", &Builder::set_union},
                                         {"intersection", &Builder::set_intersection},

@@ -581,6 +581,34 @@ std::string_view scene_schema() {
     },
     {
      "type": "object",
+     "description": "point-set surface of a cloud, or an .msurf",
+     "properties": {
+      "type": {
+       "const": "points"
+      },
+      "id": {
+       "type": "string"
+      },
+      "extras": {},
+      "freeze": {
+       "type": "array",
+       "items": {
+        "type": "string"
+       },
+       "description": "paths of numbers below this node that are not unknowns"
+      },
+      "file": {
+       "type": "string"
+      }
+     },
+     "required": [
+      "type",
+      "file"
+     ],
+     "additionalProperties": false
+    },
+    {
+     "type": "object",
      "description": "compact blobs about particles",
      "properties": {
       "type": {

@@ -2,6 +2,7 @@
 #include <meniscus/io/manifest.h>
 #include <meniscus/scene/build_field.h>
 #include <meniscus/scene/file_field.h>
+#include <meniscus/scene/point_surface.h>
 #include <meniscus/scene/surface_source.h>
 
 #include <nlohmann/json.hpp>
@@ -19,6 +20,15 @@ bool is_pattern(const std::string& path) { return io::FramePattern::parse(path).
 
 /// A file that exists and holds triangles.
 bool holds_faces(const io::Geometry& g) { return g.kind == io::Geometry::Kind::Mesh && !g.mesh.triangles.empty(); }
+
+/// Whether a leaf of the scene is a cloud, whose borders may be open.
+bool names_points(const nlohmann::json& node) {
+  if (node.is_object() && node.contains("type") && node["type"] == "points") return true;
+  if (node.is_structured())
+    for (const auto& child : node)
+      if (names_points(child)) return true;
+  return false;
+}
 
 double smallest_radius(const points::Cloud& cloud, std::optional<double> radius) {
   if (radius) return *radius;
@@ -42,6 +52,7 @@ SurfaceSource::SurfaceSource(const std::vector<std::string>& inputs, SourceOptio
     document_ = Document::load(inputs_[0]);
     for (const auto& [name, value] : options_.set) document_->set_parameter(name, value);
     field_ = build_field(*document_, run);
+    open_ = names_points(document_->json()["surface"]);
     if (options_.frames) frames_ = *options_.frames;
     return;
   }
@@ -51,11 +62,23 @@ SurfaceSource::SurfaceSource(const std::vector<std::string>& inputs, SourceOptio
     field_ = field_from_grid(inputs_[0], run);
     return;
   }
+  if (one_file && format == "msurf") {
+    kind_ = Kind::Points;
+    open_ = true;
+    field_ = pointset::field_of(read_point_surface(inputs_[0]));
+    return;
+  }
   if (one_file && io::count_frames(inputs_[0]) <= 1) {
-    const io::Geometry g = io::read_geometry(inputs_[0]);
+    io::Geometry g = io::read_geometry(inputs_[0]);
     if (holds_faces(g)) {
       kind_ = Kind::Mesh;
       field_ = field_from_mesh(g.mesh, inputs_[0], options_.voxel, run);
+      return;
+    }
+    if (!options_.radius && !options_.frames && is_point_surface(g.cloud)) {
+      kind_ = Kind::Points;
+      open_ = true;
+      field_ = pointset::field_of(point_surface(std::move(g.cloud), inputs_[0], {}, nullptr, run));
       return;
     }
   }
@@ -76,6 +99,7 @@ std::string_view SurfaceSource::kind_name() const {
     case Kind::Scene: return "scene";
     case Kind::Mesh: return "mesh";
     case Kind::Grid: return "grid";
+    case Kind::Points: return "points";
     case Kind::Particles: return "particles";
   }
   return "";
@@ -115,6 +139,7 @@ Surface SurfaceSource::open(std::optional<long> frame, const RunControl& run) co
     return s;
   }
   s.field = field_->clone();
+  s.open = open_;
   const double time = frame ? static_cast<double>(*frame) / frames_per_second() : options_.time.value_or(0);
   s.field->set_time(time);
   const Box bounds = s.field->bounds();

@@ -29,12 +29,14 @@ struct Surface {
   std::unique_ptr<field::Field> field;
   double voxel = 0;         ///< world units; 0 when the field has no finite extent to tell it from
   points::Cloud particles;  ///< what the field was made of, if it was made of particles
+  bool open = false;        ///< may have open borders: see PolygonizeOptions::open
 };
 
-/// Any input of which a surface can be made: a scene, a mesh, a level set, or a particle file or sequence.
+/// Any input of which a surface can be made: a scene, a mesh, a level set, a point-set surface (an .msurf, or points with
+/// normals and without a radius, given or their own; see is_point_surface), or a particle file or sequence.
 class SurfaceSource {
  public:
-  enum class Kind { Scene, Mesh, Grid, Particles };
+  enum class Kind { Scene, Mesh, Grid, Points, Particles };
 
   /// Looks at the inputs and reads what every frame needs. Several inputs are the frames of a sequence.
   /// Throws IoError, or InvalidInput for options that do not go with the input.
@@ -62,7 +64,8 @@ class SurfaceSource {
   SourceOptions options_;
   std::vector<long> frames_;
   std::optional<Document> document_;
-  std::unique_ptr<field::Field> field_;  // of a scene, mesh or grid: frames are poses of it
+  std::unique_ptr<field::Field> field_;  // of a scene, mesh, grid or points: frames are poses of it
+  bool open_ = false;
   std::optional<io::ParticleSequence> sequence_;
 };
 
