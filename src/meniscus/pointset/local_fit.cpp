@@ -20,7 +20,7 @@ namespace {
 constexpr double kReach = 1.1;   // of a domain, over the distance to the farthest neighbour: that one keeps some weight
 constexpr double kOffset = 0.3;  // of off-surface points at most, over the same distance
 constexpr double kOffsetWeight = 0.1;  // of their rows: they tell the slope, the points themselves where the surface is
-constexpr double kGradient = 0.1;      // weight of gradient rows against value rows, in local coordinates
+constexpr double kGradient = 1;        // weight of gradient rows against value rows, in local coordinates
 constexpr double kRidge = 1e-9;        // keeps linear functions, which do not bend, from floating where no data speak
 constexpr std::size_t kBlock = 256;    // a multiple of the kernel's lanes
 
@@ -235,7 +235,7 @@ void from_monomials(double* c) {
     }
 }
 
-/// Grids of 3³: eight points at a time.
+/// Grids of 3³: four points at a time.
 class SmallGrids {
  public:
   explicit SmallGrids(const FitOptions& o) : rows_(o.rows), gradient_(o.rows == FitOptions::Rows::Gradient ? kGradient : 0) {

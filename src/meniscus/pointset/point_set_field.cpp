@@ -23,6 +23,7 @@ constexpr field_kernel::Sum kSumSse2[3] = {field_kernel::sum<0>, field_kernel::s
 
 constexpr double kRim = 0.05;        // sum of weights below which the field passes into the far distance
 constexpr std::size_t kVoters = 8;   // nearest points of which the one seen most along its normal tells the far sign
+constexpr double kClear = 0.9;       // cosine from which on the nearest point's normal needs no second opinion
 constexpr std::size_t kMost = 4000;  // domains looked at for a bound
 constexpr double kSlack = 1e-9;      // of bounds, against rounding
 
@@ -135,27 +136,37 @@ void PointSetField::refresh() { index_ = std::make_shared<const Index>(set_); }
 /// The signed distance to the nearest point.
 struct PointSetField::Far : Jet {};
 
-PointSetField::Far PointSetField::far_at(const Vec3& p) const {
+/// Inside or outside far from the surface, by the nearest point's normal where that is seen nearly along its length; where
+/// it is not, as beyond an edge, by that of the few nearest which is seen best.
+double PointSetField::far_sign(const Vec3& p, std::size_t nearest) const {
+  if (!index_->box.padded(index_->widest).contains(p)) return 1;
+  const auto height = [&](std::size_t i) { return set_.normal(i).dot(p - set_.position(i)); };
+  const auto distance = [&](std::size_t i) { return (p - set_.position(i)).stableNorm(); };
+  const double first = height(nearest);
+  if (std::abs(first) > kClear * distance(nearest)) return first < 0 ? -1 : 1;
   thread_local std::vector<points::Neighbour> found;
   index_->search().nearest(p, kVoters, found);
+  double clearest = -1, sign = 1;
+  for (const points::Neighbour& n : found) {
+    const double h = height(n.index), along = std::abs(h) / distance(n.index);
+    if (!(along > clearest)) continue;
+    clearest = along;
+    sign = h < 0 ? -1 : 1;
+  }
+  return sign;
+}
+
+PointSetField::Far PointSetField::far_at(const Vec3& p) const {
+  thread_local std::vector<points::Neighbour> found;
+  index_->search().nearest(p, 1, found);
   Far far;
   if (found.empty()) return far;
-  const Vec3 d = p - set_.position(found[0].index);
-  const double distance = d.stableNorm();
-  double sign = 1;
-  if (index_->box.padded(index_->widest).contains(p)) {
-    double clearest = -1;
-    for (const points::Neighbour& n : found) {
-      const Vec3 e = p - set_.position(n.index);
-      const double height = set_.normal(n.index).dot(e), along = std::abs(height) / e.stableNorm();
-      if (!(along > clearest)) continue;
-      clearest = along;
-      sign = height < 0 ? -1 : 1;
-    }
-  }
+  const std::size_t nearest = found[0].index;
+  const Vec3 d = p - set_.position(nearest);
+  const double distance = d.stableNorm(), sign = far_sign(p, nearest);
   far.f = sign * distance;
   if (!(distance > 0)) {
-    far.g = set_.normal(found[0].index);
+    far.g = set_.normal(nearest);
     return far;
   }
   const Vec3 n = d / distance;

@@ -50,6 +50,7 @@ class PointSetField final : public field::Field {
   struct Index;
   struct Far;
   Far far_at(const Vec3& p) const;
+  double far_sign(const Vec3& p, std::size_t nearest) const;
   field::Interval far_range(const Box& box) const;
   bool beyond_border(std::size_t nearest, const Vec3& p) const;
   template <class Visit>
