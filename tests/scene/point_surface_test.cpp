@@ -38,7 +38,9 @@ TEST_F(PointSurface, NormalsWithoutARadiusMakeASurface) {
   points::Cloud cloud = shapes::sphere(800);
   const std::string with_normals = write("a.ply", cloud);
   EXPECT_EQ(kind(with_normals), SurfaceSource::Kind::Points);
-  EXPECT_EQ(kind(with_normals, {.radius = 0.1}), SurfaceSource::Kind::Particles);
+  SourceOptions as_particles;
+  as_particles.radius = 0.1;
+  EXPECT_EQ(kind(with_normals, as_particles), SurfaceSource::Kind::Particles);
   cloud.attributes.set(attribute::kRadius, 1, std::vector<double>(cloud.size(), 0.1));
   EXPECT_EQ(kind(write("b.ply", cloud)), SurfaceSource::Kind::Particles);
   cloud.attributes.erase(attribute::kRadius);
