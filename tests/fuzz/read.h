@@ -3,7 +3,7 @@
 // One libFuzzer target a reader; CMake does not build them. From the root of the repository, with clang (for ply):
 //
 //   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Isrc -isystem /usr/include/eigen3 tests/fuzz/ply.cpp
-//       $(ls src/meniscus/{base,mesh,points,io}/*.cpp | grep -v vdb) -ltbb -lz -o /tmp/fuzz_ply
+//       $(ls src/meniscus/{base,field,mesh,points,pointset,io}/*.cpp | grep -v vdb) -ltbb -lz -o /tmp/fuzz_ply
 //   /tmp/fuzz_ply -max_len=4096 -rss_limit_mb=2048 -timeout=5
 //
 // What a run finds becomes a line in tests/io/samples.h or a test beside it.
