@@ -83,16 +83,16 @@ TEST(SculptScript, SchemaAndReaderRejectTheSameSlips) {
   const std::string good = R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strength":1}]})";
   EXPECT_TRUE(reads(good));
   EXPECT_TRUE(fits_schema(nlohmann::json::parse(good)));
-  for (const char* bad : {R"({"strokes":[]})", R"({"stroke":[]})",
-                          R"({"strokes":[{"tool":"inflat","path":[0,0,1],"radius":1,"strength":1}]})",
-                          R"({"strokes":[{"tool":"inflate","path":[0,1],"radius":1,"strength":1}]})",
-                          R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":0,"strength":1}]})",
-                          R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strength":"1"}]})",
-                          R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strenght":1}]})",
-                          R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strength":1,"mirror":"w"}]})",
-                          R"({"strokes":[{"tool":"force","path":[0,0,1],"radius":1,"strength":1,"steps":1.5}]})",
-                          R"({"strokes":[{"tool":"force","path":[0,0,1],"radius":1,"strength":1,"material":{"mass":0}}]})",
-                          R"({"version":2,"strokes":[{"tool":"undo"}]})"}) {
+  for (const char* bad :
+       {R"({"strokes":[]})", R"({"stroke":[]})", R"({"strokes":[{"tool":"inflat","path":[0,0,1],"radius":1,"strength":1}]})",
+        R"({"strokes":[{"tool":"inflate","path":[0,1],"radius":1,"strength":1}]})",
+        R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":0,"strength":1}]})",
+        R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strength":"1"}]})",
+        R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strenght":1}]})",
+        R"({"strokes":[{"tool":"inflate","path":[0,0,1],"radius":1,"strength":1,"mirror":"w"}]})",
+        R"({"strokes":[{"tool":"force","path":[0,0,1],"radius":1,"strength":1,"steps":1.5}]})",
+        R"({"strokes":[{"tool":"force","path":[0,0,1],"radius":1,"strength":1,"material":{"mass":0}}]})",
+        R"({"version":2,"strokes":[{"tool":"undo"}]})"}) {
     EXPECT_FALSE(reads(bad)) << bad;
     EXPECT_FALSE(fits_schema(nlohmann::json::parse(bad))) << bad;
   }
@@ -117,8 +117,7 @@ TEST(SculptScript, AnImageThatIsMissingOrHasNothingToShowIsAnError) {
   const Scratch s;
   write_image(s / "dot.png", 1, 1);
   std::ofstream(s / "text.png") << "no image";
-  for (const std::string name : {"missing.png", "dot.png", "text.png"})
-    try {
+  for (const std::string name : {"missing.png", "dot.png", "text.png"}) try {
       parse_sculpt_script(R"({"strokes":[{"tool":"emboss","strength":1,"image":")" + name + R"("}]})", s / "script.json");
       FAIL() << name;
     } catch (const IoError& e) {
