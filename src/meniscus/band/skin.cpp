@@ -116,7 +116,10 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   set_strategies(frame_duration);
   pull_->surface = surface;
   if (options_.hold_volume) evolver_->hold_present_volumes(true, run);
-  live(kSettleFrames * frame_duration, report, run);
+  for (int i = 0; i < kSettleFrames; ++i) {
+    live(frame_duration, report, run);
+    if (options_.hold_volume) evolver_->settle_volumes(run);
+  }
   bound(*surface, run);
 
   const ParticleState& s = now_.state;
