@@ -57,10 +57,24 @@ TEST(Sculpt, WhatIsUndoneIsNotThere) {
   EXPECT_EQ(body(contents(s / "a.ply")), body(contents(s / "b.ply")));
 }
 
+// The points come from `sample` with radii; kept, they would make blobs of what was sculpted.
+TEST(Sculpt, WhatIsSculptedIsASurfaceToOtherVerbs) {
+  const Scratch s;
+  const std::string script = script_file(s, kPull);
+  ASSERT_EQ(meniscus_program("sculpt " + sphere_file(s) + " " + script + " -q -o " + (s / "out.ply")).code, 0);
+  const auto r = meniscus_program("mesh " + (s / "out.ply") + " --voxel 0.05 --json -o " + (s / "out.obj"));
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto mesh = nlohmann::json::parse(r.out)["mesh"];
+  EXPECT_EQ(mesh["components"], 1);
+  EXPECT_EQ(mesh["closed"], true);
+  EXPECT_GT(mesh["volume"], 4.18);
+  EXPECT_LT(mesh["volume"], 4.6);
+}
+
 TEST(Sculpt, WritesTheMotion) {
   const Scratch s;
-  const auto r = meniscus_program("sculpt " + sphere_file(s) + " " + script_file(s, kPull) + " --frames 1-3x2,99 --json -o " +
-                                  (s / "out.ply"));
+  const auto r = meniscus_program("sculpt " + sphere_file(s) + " " + script_file(s, kPull) +
+                                  " --frames 1-3x2,99 --json -o " + (s / "out.ply"));
   ASSERT_EQ(r.code, 0) << r.err;
   EXPECT_TRUE(std::filesystem::exists(s / "out.0001.ply"));
   EXPECT_FALSE(std::filesystem::exists(s / "out.0002.ply"));

@@ -27,6 +27,8 @@ points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOpti
       cloud.attributes.set(attribute::kNormal, 3, std::move(values));
     }
   }
+  cloud.attributes.erase(
+      attribute::kRadius);  // told the spacing of a sampling that strokes change; and no surface has radii
   try {
     return pointset::with_normals(cloud, options, report, run);
   } catch (const InvalidInput& e) {
