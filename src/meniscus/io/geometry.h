@@ -54,7 +54,8 @@ struct WriteOptions {
 };
 
 /// Reads a mesh or a cloud: PLY, OBJ, STL, OFF, XYZ, CSV, legacy VTK, VTP, VTU, classic BGEO, LAMMPS dump, the
-/// points of MSURF; gzip is seen through. `path` "-" is standard input. The format follows from the extension, or the content when that says nothing.
+/// points of MSURF; gzip is seen through. `path` "-" is standard input. The format follows from the extension, or the
+/// content when that says nothing.
 ///
 /// Names of attributes become the canonical ones (base/attributes.h); unknown ones ride along. Faces become triangles (a fan
 /// about the first corner). Points of a cloud with a number that is not finite, or beyond 1e18 in size, are dropped and
