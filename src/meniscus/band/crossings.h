@@ -28,8 +28,8 @@ void near_speeds(const Band& band, const Crossings& crossings, std::span<const d
                  const RunControl& run = {});
 
 /// Speeds in and around a brick (`phi`: its samples), those of nodes away from the surface carried outwards along ∇φ, so
-/// that level sets move together and distances stay distances. NaN where nothing has arrived: twice over all bricks reaches
-/// the band's rim.
+/// that level sets move together and distances stay distances. NaN where nothing has arrived: twice over all bricks serves
+/// every node within 2.5 voxels and most beyond.
 void extend_speeds(const Band& band, const std::vector<float>& speeds, std::size_t brick, const Halo& phi, Halo& out);
 
 }  // namespace meniscus::band
