@@ -1,6 +1,7 @@
 #include <meniscus/scene/sculpt_job.h>
 
 #include <meniscus/base/error.h>
+#include <meniscus/scene/point_surface.h>
 
 #include <algorithm>
 
@@ -17,18 +18,8 @@ std::string motion_path(const std::string& output, long frame) {
 
 points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOptions& options, pointset::NormalReport* report,
                              const RunControl& run) {
-  io::Geometry geometry = io::read_geometry(path);
-  points::Cloud cloud = std::move(geometry.cloud);
-  if (geometry.kind == io::Geometry::Kind::Mesh) {
-    cloud = {geometry.mesh.positions, geometry.mesh.attributes};
-    if (!cloud.attributes.has(attribute::kNormal)) {
-      std::vector<double> values;
-      for (const Vec3& n : mesh::vertex_normals(geometry.mesh)) values.insert(values.end(), {n.x(), n.y(), n.z()});
-      cloud.attributes.set(attribute::kNormal, 3, std::move(values));
-    }
-  }
-  cloud.attributes.erase(
-      attribute::kRadius);  // told the spacing of a sampling that strokes change; and no surface has radii
+  points::Cloud cloud = points_of(io::read_geometry(path));
+  cloud.attributes.erase(attribute::kRadius);  // told the spacing of a sampling, which strokes change
   try {
     return pointset::with_normals(cloud, options, report, run);
   } catch (const InvalidInput& e) {
