@@ -176,9 +176,8 @@ TEST(System, BoundsAreHeldAndLetGoUntilTheAnswerIsTheBest) {
   EXPECT_GT(missed, 300u);
 }
 
-TEST(System, WhatWasHeldInVainIsLetGo) {
-  // The shortest change of both is (-1, 0), (3, 2): the first unknown leaves its range; held at 0 the second exceeds its
-  // own; held there too, the first must come back.
+TEST(System, BoundsThatPushOneAnotherAreKeptTogether) {
+  // Without bounds the answer is (-1, 3): the first unknown leaves its range; held at 0 the second exceeds its own.
   MatrixXd a(2, 2);
   a << 1, 1, 1, -0.5;
   System s = system_of(a, Eigen::Vector2d(2, -2.5));

@@ -1,19 +1,18 @@
 #include <meniscus/scene/sculpt_job.h>
 
 #include <meniscus/base/error.h>
+#include <meniscus/io/frames.h>
 #include <meniscus/scene/point_surface.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace meniscus::scene {
 
 std::string motion_path(const std::string& output, long frame) {
-  std::string number = std::to_string(frame);
-  number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
-  const auto slash = output.find_last_of('/');
-  const auto dot = output.find_last_of('.');
-  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return output + "." + number;
-  return output.substr(0, dot) + "." + number + output.substr(dot);
+  const std::filesystem::path path(output);
+  const std::string name = path.stem().string() + ".####" + path.extension().string();
+  return io::FramePattern::parse((path.parent_path() / name).string())->path(frame);
 }
 
 points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOptions& options, pointset::NormalReport* report,
