@@ -1,3 +1,4 @@
+#include <meniscus/scene/schema.h>
 #include <meniscus/scene/sculpt_script.h>
 
 #include <meniscus/base/error.h>

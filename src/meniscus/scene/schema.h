@@ -8,4 +8,7 @@ namespace meniscus::scene {
 /// say (ranges across keys, files that exist).
 std::string_view scene_schema();
 
+/// The JSON schema (draft 7) of scripts of strokes that SculptScript reads.
+std::string_view sculpt_schema();
+
 }  // namespace meniscus::scene

@@ -29,7 +29,4 @@ SculptScript load_sculpt_script(const std::string& path);
 /// The same from text; `path` names it in errors.
 SculptScript parse_sculpt_script(std::string_view text, const std::string& path);
 
-/// The JSON schema (draft 7) of such scripts.
-std::string_view sculpt_schema();
-
 }  // namespace meniscus::scene
