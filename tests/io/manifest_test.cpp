@@ -4,6 +4,7 @@
 #include <meniscus/io/manifest.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
@@ -51,6 +52,21 @@ TEST(Manifest, ResumesWhatIsWholeAndTheSame) {
   EXPECT_TRUE(second.has(1));
   EXPECT_EQ(Manifest(path, "voxel 0.2").resume(), 0u);
   EXPECT_THROW(second.add(9, folder / "none.ply"), IoError);
+}
+
+TEST(Manifest, WhatStandsBesideAFrameSurvivesAResume) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "s.manifest.json";
+  for (const char* n : {"s.1.ply", "s.2.ply"}) put_file(folder / n, n);
+  Manifest(path, "x").add(1, folder / "s.1.ply", {}, {{"remeshed", "topology"}, {"carried", 7}});
+  Manifest second(path, "x");
+  ASSERT_EQ(second.resume(), 1u);
+  second.add(2, folder / "s.2.ply");
+  const auto frames = nlohmann::json::parse(file_content(path))["frames"];
+  EXPECT_EQ(frames[0]["remeshed"], "topology");
+  EXPECT_EQ(frames[0]["carried"], 7);
+  EXPECT_EQ(frames[0]["file"], "s.1.ply");
+  EXPECT_EQ(frames[1].size(), 3u);
 }
 
 TEST(Manifest, BrokenOnesGiveNothing) {

@@ -79,23 +79,27 @@ std::size_t Manifest::resume() {
   if (list == json.end() || !list->is_array()) return 0;
   for (const auto& item : *list) {
     if (!item.is_object() || !item.contains("frame") || !item["frame"].is_number_integer()) continue;
-    const Entry entry{text(item, "file"), text(item, "hash")};
+    Entry entry{text(item, "file"), text(item, "hash"), item};
+    for (const char* own : {"frame", "file", "hash"}) entry.about.erase(own);
     if (entry.file.empty() || entry.file.find('/') != entry.file.npos || entry.hash.empty()) continue;
     if (fingerprint_of_file(folder_of(path_) + entry.file) == entry.hash) frames_[item["frame"].get<long>()] = entry;
   }
   return frames_.size();
 }
 
-void Manifest::add(long frame, const std::string& file, const WriteOptions& options) {
-  frames_[frame] = {name_of(file), fingerprint(load_plain_file(file, kLargestFrame))};
+void Manifest::add(long frame, const std::string& file, const WriteOptions& options, nlohmann::json about) {
+  frames_[frame] = {name_of(file), fingerprint(load_plain_file(file, kLargestFrame)), std::move(about)};
   write(options);
 }
 
 void Manifest::write(const WriteOptions& options) const {
   nlohmann::ordered_json json = {
       {"format", kFormat}, {"version", 1}, {"settings", settings_}, {"frames", nlohmann::ordered_json::array()}};
-  for (const auto& [frame, entry] : frames_)
-    json["frames"].push_back({{"frame", frame}, {"file", entry.file}, {"hash", entry.hash}});
+  for (const auto& [frame, entry] : frames_) {
+    nlohmann::ordered_json item{{"frame", frame}, {"file", entry.file}, {"hash", entry.hash}};
+    for (const auto& [key, value] : entry.about.items()) item[key] = value;
+    json["frames"].push_back(std::move(item));
+  }
   WriteOptions replacing = options;
   replacing.overwrite = true;
   write_file(path_, json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", replacing);

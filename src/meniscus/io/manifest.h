@@ -2,6 +2,8 @@
 
 #include <meniscus/io/geometry.h>
 
+#include <nlohmann/json.hpp>
+
 #include <map>
 #include <string>
 #include <string_view>
@@ -29,14 +31,16 @@ class Manifest {
   /// Whether the frame is finished.
   bool has(long frame) const { return frames_.contains(frame); }
 
-  /// Notes a finished frame (its file lies in the manifest's folder) and writes the manifest.
+  /// Notes a finished frame (its file lies in the manifest's folder) and writes the manifest. `about`: an object whose
+  /// members stand beside the frame's, for people and other programs.
   /// Throws IoError of kind Write when it cannot, or of kind Read when the frame's file is not there.
-  void add(long frame, const std::string& file, const WriteOptions& options = {});
+  void add(long frame, const std::string& file, const WriteOptions& options = {}, nlohmann::json about = {});
 
  private:
   struct Entry {
     std::string file;  ///< name without folder
     std::string hash;
+    nlohmann::json about;
   };
   void write(const WriteOptions& options) const;
 

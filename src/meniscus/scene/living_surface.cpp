@@ -5,6 +5,7 @@
 #include <meniscus/io/vdb.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/scene/living_surface.h>
+#include <meniscus/scene/persistent_mesh.h>
 #include <meniscus/scene/tie_frames.h>
 
 #include <chrono>
@@ -27,23 +28,26 @@ class SavedState {
  public:
   explicit SavedState(std::string stem) : stem_(std::move(stem)) {}
 
-  void save(long frame, LivingSurface& surface, const io::WriteOptions& write) const {
+  void save(long frame, LivingSurface& surface, const std::optional<PersistentMesh>& mesh,
+            const io::WriteOptions& write) const {
+    if (mesh) save_track_state(name(frame, ".cbor"), mesh->state(), write);
     io::write_vdb(name(frame, ".vdb"), surface.band().grid(), write);
     io::AtomicFile file(name(frame, ".json"), write);
     file.write(surface.state().dump());
     file.commit();
   }
-  void load(long frame, std::size_t index, LivingSurface& surface, const RunControl& run) const {
+  void load(long frame, std::size_t index, LivingSurface& surface, std::optional<PersistentMesh>& mesh,
+            const RunControl& run) const {
     std::ifstream in(name(frame, ".json"));
     const nlohmann::json state = nlohmann::json::parse(in, nullptr, false);
     if (!state.is_object()) throw IoError(name(frame, ".json"), "is not a saved state");
     surface.resume(index, band::Band(io::read_vdb(name(frame, ".vdb"))), state, run);
+    if (mesh) mesh->resume(load_track_state(name(frame, ".cbor")));
   }
   bool exists(long frame) const { return fs::exists(name(frame, ".json")) && fs::exists(name(frame, ".vdb")); }
   void remove(long frame) const {
     std::error_code ignored;
-    fs::remove(name(frame, ".json"), ignored);
-    fs::remove(name(frame, ".vdb"), ignored);
+    for (const char* extension : {".json", ".vdb", ".cbor"}) fs::remove(name(frame, extension), ignored);
   }
 
  private:
@@ -71,20 +75,26 @@ void write_grid(const std::string& path, const LivingSurface& surface, bool velo
 
 }  // namespace
 
-mesh::Mesh mesh_of(const band::Band& band, FunctionRef<std::vector<Vec3>(std::span<const Vec3>)> velocities,
-                   const RunControl& run) {
+nlohmann::json to_json(const MeshChange& change) {
+  nlohmann::json boxes = nlohmann::json::array();
+  for (const Box& b : change.regions) {
+    const auto corner = [](const Vec3& p) { return nlohmann::json::array({p.x(), p.y(), p.z()}); };
+    boxes.push_back(nlohmann::json::array({corner(b.min), corner(b.max)}));
+  }
+  return {{"remeshed", change.reason}, {"regions", std::move(boxes)}, {"carried", change.carried}};
+}
+
+mesh::Mesh mesh_of(const band::Band& band, const RunControl& run) {
   mesh::Mesh mesh = polygonize::polygonize_grid(band.grid(), {}, run).mesh;
-  std::vector<double> v;
-  v.reserve(3 * mesh.positions.size());
-  for (const Vec3& u : velocities(mesh.positions)) v.insert(v.end(), {u.x(), u.y(), u.z()});
-  if (!mesh.attributes.has("N")) mesh.attributes.set("N", 3, {});
-  mesh.attributes.set("v", 3, std::move(v));
+  if (!mesh.attributes.has(attribute::kNormal)) mesh.attributes.set(attribute::kNormal, 3, {});
   return mesh;
 }
 
-mesh::Mesh LivingSurface::mesh(const RunControl& run) const {
-  return mesh_of(
-      band(), [&](std::span<const Vec3> at) { return velocities(at, run); }, run);
+void LivingSurface::dress(mesh::Mesh& mesh, const RunControl& run) const {
+  std::vector<double> v;
+  v.reserve(3 * mesh.positions.size());
+  for (const Vec3& u : velocities(mesh.positions, run)) v.insert(v.end(), {u.x(), u.y(), u.z()});
+  mesh.attributes.set(attribute::kVelocity, 3, std::move(v));
 }
 
 void write_sequence(LivingSurface& surface, const std::vector<long>& frames, const SequenceOutput& output,
@@ -99,32 +109,37 @@ void write_sequence(LivingSurface& surface, const std::vector<long>& frames, con
   write.overwrite = output.write.overwrite || output.resume;
   replace.overwrite = true;
 
-  io::Manifest manifest(io::manifest_path(output.meshes), settings);
+  io::Manifest manifest(io::manifest_path(output.meshes), settings + (output.persistent ? " persistent" : ""));
   const SavedState saved(sequence_stem(output.meshes));
+  std::optional<PersistentMesh> persistent;
+  if (output.persistent) persistent.emplace();
   std::size_t first = 0;
   if (output.resume && manifest.resume() > 0) {
     while (first < frames.size() && manifest.has(frames[first])) ++first;
     while (first > 0 && !saved.exists(frames[first - 1])) --first;
-    if (first > 0) saved.load(frames[first - 1], first - 1, surface, run);
+    if (first > 0) saved.load(frames[first - 1], first - 1, surface, persistent, run);
     for (std::size_t i = 0; i < first && on_frame; ++i)
       on_frame({.frame = frames[i], .path = pattern.path(frames[i]), .kept = true});
   }
 
+  const auto duration = [&](long from, long to) { return static_cast<double>(to - from) / output.fps; };
   for (std::size_t i = first; i < frames.size(); ++i) {
     const double count = static_cast<double>(frames.size());
     const RunControl part = run.part(static_cast<double>(i) / count, static_cast<double>(i + 1) / count);
     part.progress(0, "frame " + std::to_string(frames[i]));
     const auto started = std::chrono::steady_clock::now();
     surface.advance(i, part);
-    const mesh::Mesh mesh = surface.mesh(part);
     FrameRecord out{.frame = frames[i], .path = pattern.path(frames[i])};
+    if (persistent) out.change = persistent->follow(surface, i > 0 ? duration(frames[i - 1], frames[i]) : 0, part);
+    mesh::Mesh mesh = persistent ? persistent->mesh() : mesh_of(surface.band(), part);
+    surface.dress(mesh, part);
     out.vertices = mesh.positions.size();
     out.triangles = mesh.triangles.size();
     out.bounds = mesh::bounds(mesh);
     io::write_mesh(out.path, mesh, write);
     if (grid_pattern) write_grid(grid_pattern->path(out.frame), surface, output.velocity_grids, write, part);
-    saved.save(out.frame, surface, replace);
-    manifest.add(out.frame, out.path, write);
+    saved.save(out.frame, surface, persistent, replace);
+    manifest.add(out.frame, out.path, write, out.change ? to_json(*out.change) : nlohmann::json());
     if (i > 0) saved.remove(frames[i - 1]);
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     part.progress(1, "frame " + std::to_string(frames[i]));

@@ -31,6 +31,17 @@ std::string settings_text(const io::ParticleSequence& particles, const SkinJobOp
   return j.dump();
 }
 
+/// Gives vertices what particles have, unless the mesh has it already.
+void carry_attributes(const band::Skin& skin, mesh::Mesh& mesh, const RunControl& run) {
+  for (const Attribute& a : skin.carried(mesh.positions, {"P", "N", "v", "id", "pscale"}, run)) {
+    if (mesh.attributes.has(a.name)) continue;
+    if (a.is_integer())
+      mesh.attributes.set_integers(a.name, a.components, std::get<1>(a.data));
+    else
+      mesh.attributes.set(a.name, a.components, std::get<0>(a.data));
+  }
+}
+
 /// A skin that reads its particles as it goes.
 class LivingSkin final : public LivingSurface {
  public:
@@ -47,7 +58,10 @@ class LivingSkin final : public LivingSurface {
   std::vector<Vec3> velocities(std::span<const Vec3> at, const RunControl& run) const override {
     return skin_.velocities(at, run);
   }
-  mesh::Mesh mesh(const RunControl& run) const override { return skin_mesh(skin_, run); }
+  void dress(mesh::Mesh& mesh, const RunControl& run) const override {
+    LivingSurface::dress(mesh, run);
+    carry_attributes(skin_, mesh, run);
+  }
   nlohmann::json state() override {
     nlohmann::json goals = nlohmann::json::array();
     for (const auto& g : skin_.state().goals) goals.push_back(optional(g));
@@ -73,14 +87,11 @@ class LivingSkin final : public LivingSurface {
 }  // namespace
 
 mesh::Mesh skin_mesh(const band::Skin& skin, const RunControl& run) {
-  mesh::Mesh mesh = mesh_of(
-      skin.band(), [&](std::span<const Vec3> at) { return skin.velocities(at, run); }, run);
-  for (const Attribute& a : skin.carried(mesh.positions, {"P", "N", "v", "id", "pscale"}, run)) {
-    if (a.is_integer())
-      mesh.attributes.set_integers(a.name, a.components, std::get<1>(a.data));
-    else
-      mesh.attributes.set(a.name, a.components, std::get<0>(a.data));
-  }
+  mesh::Mesh mesh = mesh_of(skin.band(), run);
+  std::vector<double> v;
+  for (const Vec3& u : skin.velocities(mesh.positions, run)) v.insert(v.end(), {u.x(), u.y(), u.z()});
+  mesh.attributes.set(attribute::kVelocity, 3, std::move(v));
+  carry_attributes(skin, mesh, run);
   return mesh;
 }
 
