@@ -18,13 +18,27 @@ TEST(Components, AreToldApartAndMeasured) {
   // Flat pieces between crossings lie inside the ball, by 1/(6 R) in the mean.
   EXPECT_NEAR(test::radius_of(parts[0].volume), 8 - 1.0 / 48, 0.005);
   EXPECT_NEAR(test::radius_of(parts[1].volume), 5 - 1.0 / 30, 0.005);
-  for (std::size_t n = 0; n < labels.node.size(); ++n) EXPECT_TRUE(labels.node[n] < 0 || band.values()[n] < 0);
+  for (std::size_t n = 0; n < band.values().size(); ++n) {
+    const float f = band.values()[n];
+    const std::int32_t label = labels.of(n / 512, n % 512);
+    ASSERT_EQ(label >= 0, f < 0 && f > -band.background());
+    if (label >= 0) ASSERT_EQ(label, band.position(n / 512, static_cast<int>(n >> 6 & 7), 0, 0).x() < 0 ? 0 : 1);
+  }
+}
+
+/// Labels of the first nodes of a single brick.
+Labels labels_of(const std::vector<std::int32_t>& node, std::size_t count) {
+  Labels out{{}, {0, 0}, count};
+  for (std::size_t n = 0; n < node.size(); ++n)
+    if (node[n] >= 0) out.pieces.push_back({{std::uint64_t{1} << n}, node[n]});
+  out.begin[1] = out.pieces.size();
+  return out;
 }
 
 Component part(double volume, double area, std::optional<double> goal) { return {volume, area, goal}; }
 
 TEST(Components, GoalsAddUpInAMerge) {
-  const Labels before{{0, 0, 1, -1}, 2}, now{{0, 0, 0, 0}, 1};
+  const Labels before = labels_of({0, 0, 1, -1}, 2), now = labels_of({0, 0, 0, 0}, 1);
   std::vector<Component> fresh = {part(29, 10, {})};
   inherit_goals(before, {part(10, 5, 11), part(20, 5, 19)}, now, fresh);
   ASSERT_TRUE(fresh[0].goal);
@@ -32,7 +46,7 @@ TEST(Components, GoalsAddUpInAMerge) {
 }
 
 TEST(Components, ASplitSharesWhatIsMissingByArea) {
-  const Labels before{{0, 0, 0, 0}, 1}, now{{0, -1, 1, 1}, 2};
+  const Labels before = labels_of({0, 0, 0, 0}, 1), now = labels_of({0, -1, 1, 1}, 2);
   std::vector<Component> fresh = {part(10, 1, {}), part(16, 3, {})};
   inherit_goals(before, {part(26, 4, 30)}, now, fresh);
   ASSERT_TRUE(fresh[0].goal && fresh[1].goal);
@@ -41,7 +55,7 @@ TEST(Components, ASplitSharesWhatIsMissingByArea) {
 }
 
 TEST(Components, APartOutOfNowhereHasNoGoal) {
-  const Labels before{{0, -1}, 1}, now{{0, 1}, 2};
+  const Labels before = labels_of({0, -1}, 1), now = labels_of({0, 1}, 2);
   std::vector<Component> fresh = {part(4, 1, {}), part(5, 1, {})};
   inherit_goals(before, {part(4, 1, 4)}, now, fresh);
   EXPECT_TRUE(fresh[0].goal);

@@ -19,6 +19,8 @@ std::uint64_t hash(const Coord& c) {
   return h * 0xBF58476D1CE4E5B9ull >> 16;
 }
 
+bool same(const Coord& a, const Coord& b) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }  // memcmp is slow
+
 Coord moved(const Coord& c, int dx, int dy, int dz) { return {c[0] + dx, c[1] + dy, c[2] + dz}; }
 
 /// For each zone of a brick (first, middle or last nodes per axis) the directions in which it borders on a neighbour.
@@ -92,7 +94,7 @@ std::int32_t Band::find(const Coord& brick) const {
   const std::size_t mask = slots_.size() - 1;
   for (std::size_t s = hash(brick) & mask;; s = (s + 1) & mask) {
     if (slots_[s] == 0) return -1;
-    if (bricks_[slots_[s] - 1] == brick) return static_cast<std::int32_t>(slots_[s] - 1);
+    if (same(bricks_[slots_[s] - 1], brick)) return static_cast<std::int32_t>(slots_[s] - 1);
   }
 }
 
@@ -173,29 +175,31 @@ void Band::unite(const Band& other) {
   link({});
 }
 
-float Band::node(std::int64_t i, std::int64_t j, std::int64_t k, bool& known) const {
-  const Coord brick = {static_cast<std::int32_t>(i >> 3), static_cast<std::int32_t>(j >> 3),
-                       static_cast<std::int32_t>(k >> 3)};
-  const std::int32_t b = find(brick);
-  if (b >= 0)
-    return values_[static_cast<std::size_t>(b) * kBrickNodes +
-                   static_cast<std::size_t>(((i & 7) * 8 + (j & 7)) * 8 + (k & 7))];
-  known = false;
-  return far_value(brick);
-}
-
 double Band::sample(const Vec3& x, bool* known) const {
-  bool all = true;
   const Vec3 c = ((x - origin_) / voxel_).cwiseMax(-1e9).cwiseMin(1e9);
   const Vec3 low = c.array().floor();
   const Vec3 f = c - low;
   const auto i = static_cast<std::int64_t>(low.x()), j = static_cast<std::int64_t>(low.y()),
              k = static_cast<std::int64_t>(low.z());
+  bool all = true;
   double sum = 0;
+  Coord looked_up{};
+  std::int32_t brick = -1;
+  float far = 0;
   for (int q = 0; q < 8; ++q) {
-    const int a = q >> 2, b = q >> 1 & 1, d = q & 1;
-    const double w = (a ? f.x() : 1 - f.x()) * (b ? f.y() : 1 - f.y()) * (d ? f.z() : 1 - f.z());
-    sum += w * static_cast<double>(node(i + a, j + b, k + d, all));
+    const std::int64_t node[3] = {i + (q >> 2), j + (q >> 1 & 1), k + (q & 1)};
+    const Coord place = {static_cast<std::int32_t>(node[0] >> 3), static_cast<std::int32_t>(node[1] >> 3),
+                         static_cast<std::int32_t>(node[2] >> 3)};
+    if (q == 0 || !same(place, looked_up)) {  // mostly all eight nodes lie in one brick
+      looked_up = place;
+      brick = find(place);
+      far = brick < 0 ? far_value(place) : 0;
+      all = all && brick >= 0;
+    }
+    const auto n = static_cast<std::size_t>(((node[0] & 7) * 8 + (node[1] & 7)) * 8 + (node[2] & 7));
+    const float value = brick < 0 ? far : values_[static_cast<std::size_t>(brick) * kBrickNodes + n];
+    const double w = (q >> 2 ? f.x() : 1 - f.x()) * (q >> 1 & 1 ? f.y() : 1 - f.y()) * (q & 1 ? f.z() : 1 - f.z());
+    sum += w * static_cast<double>(value);
   }
   if (known != nullptr) *known = all;
   return sum;
@@ -314,12 +318,26 @@ void gather_star(const Band& band, const float* data, std::size_t brick, float o
   kernels().gather_star(Sources(band, data, brick, outside, inside).source, halo);
 }
 
-bool holds_surface(const float* halo) {
-  int inside = 0;
-  for (int i = 0; i < 9; ++i)
-    for (int j = 0; j < 9; ++j)
-      for (int k = 0; k < 9; ++k) inside += halo[halo_at(i, j, k)] < 0;
-  return inside != 0 && inside != 729;
+std::vector<char> surface_bricks(const Band& band, const RunControl& run) {
+  constexpr char kIn = 1, kOut = 2, kBoth = 3;
+  std::vector<char> sides(band.brick_count()), out(sides.size());
+  parallel_for(sides.size(), 64, run, [&](std::size_t b) {
+    NodeBits inside;
+    kernels().inside(band.values().data() + b * Band::kBrickNodes, inside);
+    std::uint64_t any = 0, all = ~std::uint64_t{0};
+    for (const std::uint64_t plane : inside) {
+      any |= plane;
+      all &= plane;
+    }
+    sides[b] = static_cast<char>((any != 0 ? kIn : 0) | (~all != 0 ? kOut : 0));
+  });
+  parallel_for(sides.size(), 64, run, [&](std::size_t b) {
+    char seen = 0;
+    for (const std::int32_t n : band.neighbours(b))
+      seen |= n >= 0 ? sides[static_cast<std::size_t>(n)] : n == Band::kInside ? kIn : kOut;
+    out[b] = seen == kBoth;
+  });
+  return out;
 }
 
 }  // namespace meniscus::band

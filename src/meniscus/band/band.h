@@ -85,7 +85,6 @@ class Band {
 
  private:
   float far_value(const Coord& brick) const;
-  float node(std::int64_t i, std::int64_t j, std::int64_t k, bool& known) const;
   void index();
   std::int32_t side(std::size_t brick, std::size_t d) const;
   void link(const RunControl& run);
@@ -111,21 +110,8 @@ void gather_halo(const Band& band, const float* data, std::size_t brick, float o
 /// The same without what lies across the brick's edges and corners: enough for stencils along the axes.
 void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo);
 
-/// Whether a brick's cells (its nodes and the next ones on three sides) hold both sides of the surface.
-bool holds_surface(const float* halo);
-
-/// Reorders an array that runs along the bricks after Band::adapt(); woken bricks get `fresh`.
-template <class T>
-std::vector<T> remapped(const std::vector<T>& old, const std::vector<std::int32_t>& map, T fresh) {
-  std::vector<T> out(map.size() * Band::kBrickNodes, fresh);
-  for (std::size_t b = 0; b < map.size(); ++b)
-    if (map[b] >= 0) {
-      const auto from = old.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(map[b]) * Band::kBrickNodes);
-      std::copy(from, from + static_cast<std::ptrdiff_t>(Band::kBrickNodes),
-                out.begin() + static_cast<std::ptrdiff_t>(b * Band::kBrickNodes));
-    }
-  return out;
-}
+/// Per brick whether both sides of the surface are found in it and its neighbours.
+std::vector<char> surface_bricks(const Band& band, const RunControl& run);
 
 /// The band of any field's surface inside `box` (its own bounds when empty): finds every component whose thickness exceeds
 /// about a voxel, by the field's interval range where that can prune. Samples are first-order distances F/|∇F|, then

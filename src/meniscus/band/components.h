@@ -1,6 +1,7 @@
 #pragma once
 
 #include <meniscus/band/band.h>
+#include <meniscus/band/kernels.h>
 
 #include <optional>
 #include <vector>
@@ -14,14 +15,29 @@ struct Component {
   std::optional<double> goal;  ///< the volume it must hold, when somebody asks
 };
 
-/// Which component each inside node of the band belongs to. Numbers rise in the order of the bricks.
+/// Which component the inside nodes of the band belong to. Numbers rise in the order of the bricks.
 struct Labels {
-  std::vector<std::int32_t> node;  ///< per node of the band; -1 outside and beyond the band
-  std::size_t count = 0;
+  /// Nodes of one brick that hang together within it.
+  struct Piece {
+    NodeBits nodes;
+    std::int32_t label;
+  };
+  std::vector<Piece> pieces;       ///< in the order of the bricks
+  std::vector<std::size_t> begin;  ///< pieces of brick b: [begin[b], begin[b + 1])
+  std::size_t count = 0;           ///< of components
+
+  /// Of node n of a brick; -1 outside and beyond the band.
+  std::int32_t of(std::size_t brick, std::size_t n) const {
+    for (std::size_t p = begin[brick]; p < begin[brick + 1]; ++p)
+      if ((pieces[p].nodes[n / 64] >> n % 64 & 1) != 0) return pieces[p].label;
+    return -1;
+  }
+  /// After Band::adapt(): pieces follow their bricks; woken ones have none.
+  void remap(const std::vector<std::int32_t>& map);
 };
 
-/// Finds the components by union-find over inside nodes (faces connect).
-Labels label_components(const Band& band);
+/// Finds the components. Inside nodes that share a cell hang together, so that a cell's surface belongs to one component.
+Labels label_components(const Band& band, const RunControl& run = {});
 
 /// Volume and area of each component from the piecewise linear surface (six tetrahedra a cell), the error of which is
 /// second order in the voxel.

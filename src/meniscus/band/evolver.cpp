@@ -72,11 +72,11 @@ bool Evolver::tracks_components() const {
 
 void Evolver::track(const RunControl& run) {
   if (tracked_) return;
-  Labels now = label_components(band_);
+  Labels now = label_components(band_, run);
   std::vector<Component> fresh = measure_components(band_, now, run);
   const bool had_goals =
       std::any_of(components_.begin(), components_.end(), [](const Component& c) { return c.goal.has_value(); });
-  if (had_goals && labels_.node.size() == now.node.size()) inherit_goals(labels_, components_, now, fresh);
+  if (had_goals && labels_.begin.size() == now.begin.size()) inherit_goals(labels_, components_, now, fresh);
   labels_ = std::move(now);
   components_ = std::move(fresh);
   tracked_ = true;
@@ -102,7 +102,8 @@ void Evolver::set_goals(const std::vector<std::optional<double>>& goals) {
 std::vector<std::int32_t> Evolver::labels_of(const Crossings& crossings) const {
   std::vector<std::int32_t> out(crossings.size(), 0);
   if (tracked_)
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = labels_.node[crossings.inside[i]];
+    for (std::size_t i = 0; i < out.size(); ++i)
+      out[i] = labels_.of(crossings.inside[i] / Band::kBrickNodes, crossings.inside[i] % Band::kBrickNodes);
   return out;
 }
 
@@ -171,8 +172,7 @@ void Evolver::relax(int stages, double dt, const RunControl& run) {
 void Evolver::settle_topology(const RunControl& run) {
   tracked_ = false;
   const std::vector<std::int32_t> map = band_.adapt(run);
-  if (labels_.node.empty()) return;
-  if (!map.empty() || band_.empty()) labels_.node = remapped(labels_.node, map, std::int32_t{-1});
+  if (!labels_.begin.empty() && (!map.empty() || band_.empty())) labels_.remap(map);
 }
 
 void Evolver::renew(const RunControl& run) {
@@ -260,14 +260,14 @@ void Evolver::edit(FunctionRef<void(Band&)> edit, const RunControl& run) {
   if (tracks_components()) track(run);
   const std::vector<Coord> before = band_.bricks();
   edit(band_);
-  if (band_.bricks() != before && !labels_.node.empty()) {
+  if (band_.bricks() != before && !labels_.begin.empty()) {
     // Labels follow their bricks, so that goals can be handed on.
     std::vector<std::int32_t> map(band_.brick_count());
     for (std::size_t b = 0; b < map.size(); ++b) {
       const auto it = std::lower_bound(before.begin(), before.end(), band_.bricks()[b]);
       map[b] = it != before.end() && *it == band_.bricks()[b] ? static_cast<std::int32_t>(it - before.begin()) : -1;
     }
-    labels_.node = remapped(labels_.node, map, std::int32_t{-1});
+    labels_.remap(map);
   }
   settle_topology(run);
 }

@@ -38,7 +38,13 @@ struct StepCoefficients {
   float b = 0, c = 0;
 };
 
-/// Sums over particles near a group of points; see particle_target.cpp.
+/// What a brick's cells hold of the piecewise linear surface, lengths in voxels: its area, ∫ x·n about the brick's first
+/// node and ∫ n.
+struct SurfacePart {
+  float area, flux, normal[3];
+};
+
+/// Sums over particles near a group of points; see particle_surface.cpp.
 struct ParticleLanes {
   const float* x;  ///< candidates' positions, relative to the group
   const float* y;
@@ -74,6 +80,11 @@ struct Kernels {
   /// the mean over the node and those of its neighbours that are next to the surface too (central differences; at a kink,
   /// where two sheets nearly touch, the side that crosses). The others stay.
   void (*rescale)(const float* halo, float voxel, float* out);
+  /// Numbers (as of their first nodes) of a brick's cells that hold both sides of the surface; returns how many.
+  std::size_t (*cut_cells)(const float* halo, std::uint16_t* cells);
+  /// The surface within some cells of a brick: linear in each of the six tetrahedra around a cell's diagonal. `scale`
+  /// multiplies the samples; voxels across a unit sample keep the numbers near one.
+  void (*surface_part)(const float* halo, float scale, const std::uint16_t* cells, std::size_t count, SurfacePart& part);
   /// Weighted means at 8 points: out rows: Σw, Σwx, Σwy, Σwz, Σwr; w = weight (1-d²)³ with d² isotropic (metric row 0).
   void (*averaged)(const ParticleLanes& p, const float* x, const float* y, const float* z, float* out);
   /// Sum of blobs at 8 points with gradient: out rows: Σf, its x, y, z derivatives; f = weight (1-d²)³.

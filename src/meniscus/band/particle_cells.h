@@ -24,7 +24,12 @@ class ParticleCells {
   /// Calls work(begin, end) for runs of order() that hold every point within a cell's edge of the box.
   template <class Work>
   void for_runs(const Box& box, const Work& work) const {
-    const auto low = cell_of(box.min - Vec3::Constant(cell_)), high = cell_of(box.max + Vec3::Constant(cell_));
+    for_runs(box, cell_, work);
+  }
+  /// The same for any reach >= 0; the runs hold more than that where cells are larger.
+  template <class Work>
+  void for_runs(const Box& box, double reach, const Work& work) const {
+    const auto low = cell_of(box.min - Vec3::Constant(reach)), high = cell_of(box.max + Vec3::Constant(reach));
     for (std::int64_t x = low[0]; x <= high[0]; ++x)
       for (std::int64_t y = low[1]; y <= high[1]; ++y) {
         const auto [begin, end] = run(key(x, y, low[2]), key(x, y, high[2]));

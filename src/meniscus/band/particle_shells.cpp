@@ -60,12 +60,10 @@ std::vector<double> depth_of_particles(const Band& skin, const ParticleSurface& 
   std::vector<double> out(particles.positions().size());
   parallel_for(out.size(), 256, run, [&](std::size_t i) {
     const Vec3& p = particles.positions()[i];
-    bool known = false;
-    out[i] = skin.sample(p, &known);
-    if (known) return;
     const Vec3 c = ((p - skin.origin()) / skin.voxel()).array().round();
     const auto at = [&](int a) { return static_cast<std::int32_t>(std::clamp(c[a], -1e9, 1e9)); };
-    out[i] = static_cast<double>(grid.value({at(0), at(1), at(2)}));
+    const float nearest = grid.value({at(0), at(1), at(2)});
+    out[i] = std::abs(nearest) < skin.background() ? skin.sample(p) : static_cast<double>(nearest);
   });
   return out;
 }
@@ -135,11 +133,10 @@ void keep_covered(Evolver& skin, const ParticleSurface& particles, double inner,
 
 void confine(Evolver& skin, const ParticleSurface& particles, double outer, const RunControl& run) {
   const Crossings crossings = find_crossings(skin.band(), run);
-  std::vector<double> beyond(crossings.size());
-  particles.sphere_distance(crossings.x.view(), outer, static_cast<double>(skin.band().background()), beyond, run);
+  const std::vector<char> covered = particles.covers(crossings.x.view(), outer, run);
   ParticleState out;  // where the skin has left its bound
-  for (std::size_t i = 0; i < beyond.size(); ++i)
-    if (beyond[i] > 0) {
+  for (std::size_t i = 0; i < covered.size(); ++i)
+    if (covered[i] == 0) {
       out.position.push_back(crossings.x.view()[i]);
       out.radius.push_back(0);
     }

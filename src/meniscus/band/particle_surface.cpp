@@ -23,6 +23,16 @@ double squared_distance(const Box& box, const Vec3& p) {
   return ((box.min - p).cwiseMax(p - box.max).cwiseMax(0.0)).squaredNorm();
 }
 
+/// Cuts points into runs for one list of candidates each: they end where the next point is farther than `near` from the
+/// first. Begins of the runs, and the end.
+std::vector<std::size_t> groups(const field::Positions& x, double near) {
+  std::vector<std::size_t> begin;
+  for (std::size_t i = 0; i < x.size; ++i)
+    if (i == 0 || i - begin.back() == kGroup || (x[i] - x[begin.back()]).squaredNorm() > near * near) begin.push_back(i);
+  begin.push_back(x.size);
+  return begin;
+}
+
 /// A skin of so many bricks does not fit.
 [[noreturn]] void refuse(double voxel, double bricks, std::size_t max_bricks) {
   const auto gigabytes = [](double n) {
@@ -63,7 +73,7 @@ ParticleSurface::ParticleSurface(const ParticleState& p, const ParticleSurfaceOp
       });
     counts[i] = others >= options.min_neighbours;
   });
-  for (std::size_t i = 0; i < p.size(); ++i) {
+  for (const std::uint32_t i : all.order()) {
     if (counts[i] == 0) continue;
     position_.push_back(p.position[i]);
     radius_.push_back(p.radius[i]);
@@ -123,8 +133,9 @@ void ParticleSurface::stretch(const RunControl& run) {
 
 void ParticleSurface::gather(const Box& box, Lanes& lanes) const {
   lanes.middle = box.center();
-  for (auto* v : {&lanes.x, &lanes.y, &lanes.z, &lanes.radius, &lanes.weight}) v->clear();
+  for (auto* v : {&lanes.x, &lanes.y, &lanes.z, &lanes.radius, &lanes.weight, &lanes.metric_rows}) v->clear();
   lanes.metric.clear();
+  const bool round = options_.kernel == ParticleKernel::Averaged;
   cells_.for_runs(box, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const std::uint32_t i = cells_.order()[n];
@@ -137,9 +148,13 @@ void ParticleSurface::gather(const Box& box, Lanes& lanes) const {
       lanes.radius.push_back(static_cast<float>(radius_[i]));
       lanes.weight.push_back(static_cast<float>(weight_[i]));
       const float g = static_cast<float>(1 / (s * s));
-      lanes.metric.push_back(metric_.empty() ? std::array<float, 6>{g, 0, 0, g, 0, g} : metric_[i]);
+      if (round)
+        lanes.metric_rows.push_back(g);
+      else
+        lanes.metric.push_back(metric_.empty() ? std::array<float, 6>{g, 0, 0, g, 0, g} : metric_[i]);
     }
   });
+  if (round) return;
   const std::size_t n = lanes.x.size();
   lanes.metric_rows.resize(6 * n);
   for (std::size_t r = 0; r < 6; ++r)
@@ -182,13 +197,34 @@ void ParticleSurface::distance_of_group(const field::Positions& x, double reach,
   }
 }
 
+std::vector<char> ParticleSurface::covers(const field::Positions& x, double scale, const RunControl& run) const {
+  std::vector<char> out(x.size, 0);
+  const double reach = scale * largest(radius_);
+  const std::vector<std::size_t> begin = groups(x, 0.5 * cells_.cell());
+  parallel_for(begin.size() - 1, 16, run, [&](std::size_t g) {
+    Box box;
+    for (std::size_t i = begin[g]; i < begin[g + 1]; ++i) box.extend(x[i]);
+    std::size_t open = begin[g + 1] - begin[g];
+    const auto check = [&](std::size_t first, std::size_t last) {
+      for (std::size_t n = first; n < last && open > 0; ++n) {
+        const std::uint32_t p = cells_.order()[n];
+        const double r2 = scale * scale * radius_[p] * radius_[p];
+        if (squared_distance(box, position_[p]) > r2) continue;
+        for (std::size_t i = begin[g]; i < begin[g + 1]; ++i)
+          if (out[i] == 0 && (x[i] - position_[p]).squaredNorm() <= r2) {
+            out[i] = 1;
+            --open;
+          }
+      }
+    };
+    cells_.for_runs(box, 0, check);  // mostly what is near covers all
+    if (open > 0) cells_.for_runs(box, reach, check);
+  });
+  return out;
+}
+
 void ParticleSurface::distance(const field::Positions& x, double reach, std::span<double> out, const RunControl& run) const {
-  // Groups end where the next point lies far from the first: their candidates would have little in common.
-  const double near = 0.5 * cells_.cell();
-  std::vector<std::size_t> begin;
-  for (std::size_t i = 0; i < x.size; ++i)
-    if (i == 0 || i - begin.back() == kGroup || (x[i] - x[begin.back()]).squaredNorm() > near * near) begin.push_back(i);
-  begin.push_back(x.size);
+  const std::vector<std::size_t> begin = groups(x, 0.5 * cells_.cell());
   parallel_blocks(begin.size() - 1, 16, run, [&](std::size_t first, std::size_t last) {
     Lanes lanes;
     for (std::size_t g = first; g < last; ++g)

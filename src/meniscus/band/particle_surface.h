@@ -39,11 +39,14 @@ class ParticleSurface {
   void sphere_distance(const field::Positions& x, double scale, double reach, std::span<double> out,
                        const RunControl& run = {}) const;
 
+  /// Which points lie within `scale` radii of a particle.
+  std::vector<char> covers(const field::Positions& x, double scale, const RunControl& run = {}) const;
+
   /// The surface itself as a band: what a stateless mesher would make. Throws ResourceLimit, with the memory it would take,
   /// when the bricks that particles reach are more than `max_bricks`.
   Band band(double voxel, std::size_t max_bricks = 1u << 20, const RunControl& run = {}) const;
 
-  /// Positions and radii of the particles that count (no strays).
+  /// Positions and radii of the particles that count (no strays), in the order of their cells.
   const std::vector<Vec3>& positions() const { return position_; }
   const std::vector<double>& radii() const { return radius_; }
   const std::vector<double>& weights() const { return weight_; }

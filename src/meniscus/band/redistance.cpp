@@ -9,31 +9,6 @@ namespace {
 
 constexpr double kTolerance = 1e-4;  // voxels
 
-/// Bricks that may hold nodes next to the surface: both sides are seen in them or in a brick that they share a face with.
-std::vector<char> surface_bricks(const Band& band, const RunControl& run) {
-  constexpr char kIn = 1, kOut = 2, kBoth = 3;
-  std::vector<char> sides(band.brick_count()), out(sides.size());
-  parallel_for(sides.size(), 64, run, [&](std::size_t b) {
-    NodeBits inside;
-    kernels().inside(band.values().data() + b * Band::kBrickNodes, inside);
-    std::uint64_t any = 0, all = ~std::uint64_t{0};
-    for (const std::uint64_t plane : inside) {
-      any |= plane;
-      all &= plane;
-    }
-    sides[b] = static_cast<char>((any != 0 ? kIn : 0) | (~all != 0 ? kOut : 0));
-  });
-  for (std::size_t b = 0; b < sides.size(); ++b) {
-    out[b] = sides[b];
-    for (const std::size_t d : {4u, 10u, 12u, 14u, 16u, 22u}) {
-      const std::int32_t n = band.neighbours(b)[d];
-      out[b] |= n >= 0 ? sides[static_cast<std::size_t>(n)] : n == Band::kInside ? kIn : kOut;
-    }
-    out[b] = out[b] == kBoth;
-  }
-  return out;
-}
-
 }  // namespace
 
 RedistanceReport redistance(Band& band, const RunControl& run, int max_passes) {
