@@ -4,6 +4,8 @@
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/render/png.h>
 #include <meniscus/render/render.h>
+#include <meniscus/scene/point_surface.h>
+#include <meniscus/scene/upsampled_view.h>
 
 #include <fmt/format.h>
 
@@ -28,8 +30,10 @@ struct RenderVerb {
   std::optional<double> voxel;
   bool discs = false;
   bool spheres = false;
+  double upsample = 0;  // pixels between points; 0: not at all
+  std::size_t most_points = scene::ViewSampling().most;
   std::optional<double> radius;
-  std::string color;
+  std::string color_by;
   std::string range;
   bool diverging = false;
   std::string material = "auto";
@@ -43,10 +47,21 @@ struct RenderVerb {
   void run(Session& session);
 
  private:
+  /// What stands before the camera. The clouds of `solids` are those of their points as they are, for the camera to frame;
+  /// upsample_clouds() puts denser ones in their places.
+  struct Shot {
+    render::Scene scene;
+    std::vector<std::pair<std::size_t, pointset::Solid>> solids;  // and which of the scene's clouds are theirs
+  };
+
   void parse();
-  render::Scene scene_at(std::optional<long> frame, const RunControl& run) const;
+  Shot shot_at(std::optional<long> frame, const RunControl& run) const;
+  render::Material material_or(const render::Material& otherwise) const;
   void add_file(const std::string& path, const io::Geometry& geometry, render::Scene& scene) const;
+  void add_point_surface(pointset::Solid solid, Shot& shot) const;
   void add_surface(const std::string& path, std::optional<long> frame, const RunControl& run, render::Scene& scene) const;
+  void color(render::Scene& scene) const;
+  void upsample_clouds(Shot& shot, const render::Camera& eye, Session& session, const RunControl& run) const;
   render::Camera camera_for(const render::Scene& first, const Box& bounds, bool moving) const;
   std::vector<long> frame_list() const;
   void write(const std::string& path, const render::Image& image, Session& session) const;
@@ -86,16 +101,17 @@ std::vector<long> RenderVerb::frame_list() const {
   return {};
 }
 
+render::Material RenderVerb::material_or(const render::Material& otherwise) const {
+  if (material == "clay") return render::Material::clay();
+  if (material == "plaster") return render::Material::plaster();
+  if (material == "liquid") return render::Material::liquid();
+  return otherwise;
+}
+
 void RenderVerb::add_file(const std::string& path, const io::Geometry& geometry, render::Scene& scene) const {
-  const auto pick = [&](const render::Material& otherwise) {
-    if (material == "clay") return render::Material::clay();
-    if (material == "plaster") return render::Material::plaster();
-    if (material == "liquid") return render::Material::liquid();
-    return otherwise;
-  };
   if (geometry.kind == io::Geometry::Kind::Mesh && !discs && !spheres) {
     if (geometry.mesh.triangles.empty() && geometry.mesh.positions.empty()) return;
-    scene.meshes.push_back({geometry.mesh, pick(render::Material::clay()), !flat, wireframe});
+    scene.meshes.push_back({geometry.mesh, material_or(render::Material::clay()), !flat, wireframe});
     return;
   }
   render::CloudItem item;
@@ -104,7 +120,7 @@ void RenderVerb::add_file(const std::string& path, const io::Geometry& geometry,
   if (item.cloud.empty()) return;
   if (discs && !item.cloud.attributes.has(attribute::kNormal))
     throw IoError(path, "discs need normals, and the points have none; leave --discs out to draw spheres");
-  item.material = pick(render::Material::liquid());
+  item.material = material_or(render::Material::liquid());
   item.radius = radius;
   item.spheres = spheres;
   scene.clouds.push_back(std::move(item));
@@ -127,32 +143,59 @@ void RenderVerb::add_surface(const std::string& path, std::optional<long> frame,
   add_file(path, g, scene);
 }
 
-render::Scene RenderVerb::scene_at(std::optional<long> frame, const RunControl& run) const {
-  render::Scene scene;
+void RenderVerb::add_point_surface(pointset::Solid solid, Shot& shot) const {
+  render::CloudItem item;
+  item.cloud = pointset::points_of(solid);
+  item.material = material_or(render::Material::clay());
+  item.rims = false;
+  shot.solids.emplace_back(shot.scene.clouds.size(), std::move(solid));
+  shot.scene.clouds.push_back(std::move(item));
+}
+
+void RenderVerb::upsample_clouds(Shot& shot, const render::Camera& eye, Session& session, const RunControl& run) const {
+  for (auto& [slot, solid] : shot.solids) {
+    pointset::UpsampleReport report;
+    points::Cloud& cloud = shot.scene.clouds[slot].cloud;
+    cloud = scene::upsampled_for(solid, eye, options_.width, options_.height, {upsample, most_points}, &report, run);
+    session.say(fmt::format("{} points drawn", cloud.size()));
+    if (report.coarser > 1)
+      session.warn("coarser", fmt::format("points stand {:.2g} pixels apart, or there would be more than {}",
+                                          report.coarser * upsample, most_points));
+  }
+}
+
+RenderVerb::Shot RenderVerb::shot_at(std::optional<long> frame, const RunControl& run) const {
+  Shot v;
   std::size_t next = 0;
   for (const std::string& path : files) {
     const std::string format = io::format_of_path(path);
-    if (format == "json" || format == "vdb" || (format == "msurf" && !discs && !spheres))
-      add_surface(path, frame, run, scene);
-    else if (io::FramePattern::parse(path) || io::count_frames(path) > 1)
-      add_file(path, sequences_[next++].read_geometry(*frame), scene);
+    const bool is_sequence = io::FramePattern::parse(path) || io::count_frames(path) > 1;
+    if (format == "json" || format == "vdb" || (format == "msurf" && !discs && !spheres && upsample == 0))
+      add_surface(path, frame, run, v.scene);
+    else if (upsample > 0 && is_sequence)
+      add_point_surface(
+          scene::point_surface(scene::points_of(sequences_[next++].read_geometry(*frame)), path, {}, nullptr, run), v);
+    else if (upsample > 0)
+      add_point_surface(scene::read_point_surface(path, {}, nullptr, run), v);
     else
-      add_file(path, io::read_geometry(path), scene);
+      add_file(path, is_sequence ? sequences_[next++].read_geometry(*frame) : io::read_geometry(path), v.scene);
   }
-  if (!color.empty()) {
-    scene.color_by = render::ColorBy{color, diverging ? render::ColorMap::Diverging : render::ColorMap::Sequential, {}, {}};
-    if (!range.empty()) {
-      const auto comma = range.find(',');
-      double lo = 0, hi = 0;
-      if (comma == std::string::npos || !CLI::detail::lexical_cast(range.substr(0, comma), lo) ||
-          !CLI::detail::lexical_cast(range.substr(comma + 1), hi) || !(lo < hi))
-        throw UsageError("--range takes LOW,HIGH, not '" + range + "'");
-      scene.color_by->min = lo;
-      scene.color_by->max = hi;
-    }
-  }
-  scene.ground.visible = !no_ground;
-  return scene;
+  color(v.scene);
+  v.scene.ground.visible = !no_ground;
+  return v;
+}
+
+void RenderVerb::color(render::Scene& scene) const {
+  if (color_by.empty()) return;
+  scene.color_by = render::ColorBy{color_by, diverging ? render::ColorMap::Diverging : render::ColorMap::Sequential, {}, {}};
+  if (range.empty()) return;
+  const auto comma = range.find(',');
+  double lo = 0, hi = 0;
+  if (comma == std::string::npos || !CLI::detail::lexical_cast(range.substr(0, comma), lo) ||
+      !CLI::detail::lexical_cast(range.substr(comma + 1), hi) || !(lo < hi))
+    throw UsageError("--range takes LOW,HIGH, not '" + range + "'");
+  scene.color_by->min = lo;
+  scene.color_by->max = hi;
 }
 
 render::Camera RenderVerb::camera_for(const render::Scene& first, const Box& bounds, bool moving) const {
@@ -198,12 +241,12 @@ void RenderVerb::run(Session& session) {
   const auto frame = [&](std::size_t i) { return list.empty() ? std::nullopt : std::optional<long>(list[i]); };
 
   // One camera for all frames, so that only the subject moves.
-  render::Scene first = scene_at(frame(0), control);
-  Box bounds = render::subject_bounds(first);
+  Shot first = shot_at(frame(0), control);
+  Box bounds = render::subject_bounds(first.scene);
   for (std::size_t i = 1; i < count && camera.empty(); ++i)
-    bounds.extend(render::subject_bounds(scene_at(frame(i), control)));
+    bounds.extend(render::subject_bounds(shot_at(frame(i), control).scene));
   if (bounds.empty()) session.warn("empty", "there is nothing to see");
-  const render::Camera eye = camera_for(first, bounds, count > 1);
+  const render::Camera eye = camera_for(first.scene, bounds, count > 1);
   session.timing("read");
 
   std::vector<render::Image> images;
@@ -211,7 +254,9 @@ void RenderVerb::run(Session& session) {
     const double n = static_cast<double>(count);
     const RunControl part = control.part(static_cast<double>(i) / n, static_cast<double>(i + 1) / n);
     render::RenderReport report;
-    const render::Image image = render::render(i == 0 ? first : scene_at(frame(i), part), eye, options_, &report, part);
+    Shot shot = i == 0 ? std::move(first) : shot_at(frame(i), part);
+    upsample_clouds(shot, eye, session, part);
+    const render::Image image = render::render(shot.scene, eye, options_, &report, part);
     session.timing("render");
     if (report.dropped_points + report.dropped_triangles > 0)
       session.warn("dropped", fmt::format("{} points and {} triangles cannot be drawn", report.dropped_points,
@@ -248,11 +293,22 @@ void add_render(CLI::App& app, Session& session) {
   verb->add_option("--time", state->time, "moment of a scene, seconds; default 0");
   verb->add_option("--voxel", state->voxel, "cell size for scenes, level sets and point-set surfaces, world units")
       ->check(CLI::PositiveNumber);
-  verb->add_flag("--discs", state->discs, "draw points (or a mesh's vertices) as discs along their normals");
-  verb->add_flag("--spheres", state->spheres, "draw points (or a mesh's vertices) as spheres");
+  CLI::Option* disc_flag =
+      verb->add_flag("--discs", state->discs, "draw points (or a mesh's vertices) as discs along their normals");
+  CLI::Option* sphere_flag = verb->add_flag("--spheres", state->spheres, "draw points (or a mesh's vertices) as spheres");
+  verb->add_flag(
+          "--upsample{1}", state->upsample,
+          "draw points with normals, .msurf too, as the smooth surface fitted to them: points are inserted until they stand "
+          "a pixel apart; --upsample=P: P pixels")
+      ->check(CLI::PositiveNumber)
+      ->excludes(disc_flag)
+      ->excludes(sphere_flag);
+  verb->add_option("--most-points", state->most_points,
+                   "of an input with --upsample, or they stand farther apart; default 3000000")
+      ->check(CLI::PositiveNumber);
   verb->add_option("--radius", state->radius, "of discs and spheres, world units; default: their own, or half the spacing")
       ->check(CLI::PositiveNumber);
-  verb->add_option("--color", state->color, "attribute to colour by (vectors by length); default Cd, else the material");
+  verb->add_option("--color", state->color_by, "attribute to colour by (vectors by length); default Cd, else the material");
   verb->add_option("--range", state->range, "LOW,HIGH of the colours; default: the attribute's own");
   verb->add_flag("--diverging", state->diverging, "colours for signed values");
   verb->add_option("--material", state->material, "clay, plaster or liquid; default clay for meshes, liquid for points")

@@ -62,6 +62,17 @@ TEST_F(PointSets, FitBooleanMesh) {
   EXPECT_NEAR(volume[0], torus + sphere - volume[1], 0.01 * volume[0]);
 }
 
+TEST_F(PointSets, RenderUpsamples) {
+  const std::string both = path("torus.msurf") + " " + path("sphere.ply");
+  const std::string render = "render --upsample --size 400x300 --samples 1 " + both + " -f -o " + path("p.png");
+  EXPECT_TRUE(report_of(render)["warnings"].empty());
+  const auto warned = report_of(render + " --most-points 20000")["warnings"];
+  ASSERT_EQ(warned.size(), 2);  // one an input
+  EXPECT_EQ(warned[0]["code"], "coarser");
+  EXPECT_EQ(meniscus_program(render + " --discs").code, 2);
+  EXPECT_EQ(meniscus_program("render --upsample=-1 " + both + " -f -o " + path("p.png")).code, 2);
+}
+
 TEST_F(PointSets, PointsBlendsMeshesAndNests) {
   const std::string both = path("torus.msurf") + " " + path("sphere.msurf");
   report_of("boolean union " + both + " -o " + path("r.ply"));

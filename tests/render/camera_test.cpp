@@ -78,6 +78,15 @@ TEST(Scene, OneStrayPointDoesNotShrinkThePicture) {
   EXPECT_NEAR((frame(scene).position - camera.position).norm(), 0, 1e-9);
 }
 
+TEST(Camera, PixelsAreAsWideAsTheirDepthSays) {
+  const Camera camera{.position = Vec3(0, 0, 10), .target = Vec3::Zero(), .up = Vec3::UnitY(), .fov = 90};
+  EXPECT_NEAR(pixel_size(camera, 200, 100, Vec3::Zero()), 0.2, 1e-12);
+  EXPECT_NEAR(pixel_size(camera, 200, 100, Vec3(0, 0, 5)), 0.1, 1e-12);
+  EXPECT_NEAR(pixel_size(camera, 200, 100, Vec3(19, -9, 0)), 0.2, 1e-12);
+  for (const Vec3& out : {Vec3(0, 0, 11), Vec3(25, 0, 0), Vec3(0, -13, 0)})
+    EXPECT_TRUE(std::isinf(pixel_size(camera, 200, 100, out))) << out.transpose();
+}
+
 TEST(Scene, RadiusComesFromTheItemThenPscaleThenSpacing) {
   CloudItem item;
   for (int i = 0; i < 1000; ++i) item.cloud.positions.emplace_back(i % 10, i / 10 % 10, i / 100);

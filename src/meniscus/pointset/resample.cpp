@@ -1,6 +1,7 @@
 #include <meniscus/pointset/resample.h>
 
 #include <meniscus/base/parallel.h>
+#include <meniscus/pointset/tangent_cell.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,43 +18,19 @@ constexpr double kApart = 0.7;
 constexpr double kCrowded = 0.5;
 constexpr double kLook = 3.5;
 constexpr std::size_t kMostNeighbours = 48;
-constexpr double kSameSheet = 0.3;  // cosine of the angle between normals
-
-/// Cuts off of a convex cell, given by its corners, what is nearer to `other` than to the origin.
-void cut(std::vector<Vec2>& cell, const Vec2& other, std::vector<Vec2>& scratch) {
-  const double middle = 0.5 * other.squaredNorm();
-  scratch.clear();
-  for (std::size_t i = 0; i < cell.size(); ++i) {
-    const Vec2 &a = cell[i], &b = cell[(i + 1) % cell.size()];
-    const double da = other.dot(a) - middle, db = other.dot(b) - middle;
-    if (da <= 0) scratch.push_back(a);
-    if ((da <= 0) != (db <= 0)) scratch.emplace_back(a + da / (da - db) * (b - a));
-  }
-  std::swap(cell, scratch);
-}
 
 std::optional<Vec3> largest_gap(const PointSet& set, const points::NeighbourSearch& search, std::uint32_t i, double spacing,
                                 std::vector<points::Neighbour>& near) {
   const double look = kLook * spacing;
   search.nearest(set.position(i), kMostNeighbours, near);
-  const Frame frame = frame_about(set.normal(i));
-  std::vector<Vec2> cell, scratch;
-  for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
-    cell.emplace_back(look * x, look * y);
-  for (const points::Neighbour& n : near) {
-    if (n.index == i || n.squared_distance > look * look) continue;
-    if (set.normal(n.index).dot(frame.w) < kSameSheet) continue;
-    const Vec3 d = set.position(n.index) - set.position(i);
-    const Vec2 flat(d.dot(frame.u), d.dot(frame.v));
-    // Bent surfaces shorten distances: keep the true one.
-    const double length = flat.norm();
-    if (length > 0.3 * d.norm()) cut(cell, flat * (d.norm() / length), scratch);
-  }
+  std::vector<Vec2> cell;
+  tangent_cell(set, i, near, look, cell);
   const Vec2 corner = *std::max_element(cell.begin(), cell.end(),
                                         [](const Vec2& a, const Vec2& b) { return a.squaredNorm() < b.squaredNorm(); });
   // A cell that neighbours do not close keeps corners of the square, which is wider than the widest gap.
   const double radius = corner.norm() / spacing;
   if (radius < kGap || radius > kWidest) return std::nullopt;
+  const Frame frame = frame_about(set.normal(i));
   const Vec3 gap = set.position(i) + corner.x() * frame.u + corner.y() * frame.v;
   const Vec3 border = set.border(i);
   const bool beyond = !border.isZero() && border.dot(gap - set.position(i)) > border.squaredNorm();

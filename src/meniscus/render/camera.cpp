@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace meniscus::render {
@@ -73,6 +74,16 @@ Camera frame(const Box& box, const View& view) {
   Framing ball(view);
   ball.add(box.empty() ? Vec3(Vec3::Zero()) : box.center(), 1);
   return ball.camera().value();
+}
+
+double pixel_size(const Camera& camera, int width, int height, const Vec3& place) {
+  constexpr double kBeyond = 1.2;  // of the picture's half size
+  const Vec3 forward = (camera.target - camera.position).normalized(), right = forward.cross(camera.up).normalized();
+  const Vec3 at = place - camera.position;
+  const double half = at.dot(forward) * std::tan(camera.fov * std::numbers::pi / 360);  // height of the picture there
+  const bool seen = half > 0 && std::abs(at.dot(right)) <= kBeyond * half * width / height &&
+                    std::abs(at.dot(right.cross(forward))) <= kBeyond * half;
+  return seen ? 2 * half / height : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace meniscus::render

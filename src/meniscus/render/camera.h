@@ -26,4 +26,8 @@ struct View {
 /// InvalidInput for an infinite box or a view without direction, aspect or fov.
 Camera frame(const Box& box, const View& view = {});
 
+/// How wide a pixel is where `place` lies in depth, world units, for a picture of width x height pixels; infinity for what
+/// is behind the camera or outside of the picture by more than a tenth of its size.
+double pixel_size(const Camera& camera, int width, int height, const Vec3& place);
+
 }  // namespace meniscus::render
