@@ -1,6 +1,6 @@
 // Tracking a moving surface: time a frame and distortion of normal velocity with k rounds of fairing against blended, total
 // and isometric velocities without, and against meshing every frame anew, in one run.
-// Usage: bench_track [--json FILE] [--voxel H] [--steps N]
+// Usage: bench_track [--json FILE] [--voxel H] [--steps N] [--scene TEXT] [--mode TEXT]: those whose names hold the text
 #include <meniscus/field/blobs.h>
 #include <meniscus/field/time_expression.h>
 #include <meniscus/motion/tracker.h>
@@ -102,10 +102,14 @@ int main(int argc, char** argv) {
   std::string json;
   double voxel = 0.05;
   int steps = 48;
+  std::string only_scene;
+  std::string only_mode;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::string(argv[i]) == "--json") json = argv[i + 1];
     if (std::string(argv[i]) == "--voxel") voxel = std::stod(argv[i + 1]);
     if (std::string(argv[i]) == "--steps") steps = std::stoi(argv[i + 1]);
+    if (std::string(argv[i]) == "--scene") only_scene = argv[i + 1];
+    if (std::string(argv[i]) == "--mode") only_mode = argv[i + 1];
   }
   const Mode modes[] = {{"normal", motion::Velocity::Normal, 0},       {"normal + 5", motion::Velocity::Normal, 5},
                         {"normal + 10", motion::Velocity::Normal, 10}, {"normal + 20", motion::Velocity::Normal, 20},
@@ -116,6 +120,7 @@ int main(int argc, char** argv) {
       "| scene | mode | processor ms a frame (median) | mean distortion | worst | flips | lost | drift "
       "|\n|---|---|---|---|---|---|---|---|");
   for (Scene& scene : scenes()) {
+    if (scene.name.find(only_scene) == std::string::npos) continue;
     scene.field->set_time(0);
     const auto start = std::clock();
     mesh::Mesh first = polygonize::polygonize(*scene.field, {.voxel = voxel, .count_components = false}).mesh;
@@ -126,6 +131,7 @@ int main(int argc, char** argv) {
     all.push_back(
         {{"scene", scene.name}, {"mode", "meshed anew"}, {"milliseconds", meshing}, {"triangles", first.triangles.size()}});
     for (const Mode& mode : modes) {
+      if (mode.name.find(only_mode) == std::string::npos) continue;
       const nlohmann::json r = run(scene, mode, first, steps);
       all.push_back(r);
       std::array<char, 32> drift_text{};

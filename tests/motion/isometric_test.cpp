@@ -2,6 +2,7 @@
 
 #include <meniscus/base/error.h>
 #include <meniscus/motion/isometric.h>
+#include <meniscus/motion/tracker.h>
 
 #include <gtest/gtest.h>
 
@@ -92,6 +93,33 @@ TEST(IsometricSolver, SolvesAgainForMovedVertices) {
   Velocities w = velocities(*f, moved, {});
   solver.solve(moved, w);
   for (std::size_t i = 0; i < moved.size(); ++i) EXPECT_LT((w.velocity[i] - test::orbit_velocity(moved[i])).norm(), 1e-8);
+}
+
+TEST(IsometricSolver, HardlyDependsOnWhereItComesFrom) {
+  const auto f = test::approaching_blobs();
+  f->set_time(0);
+  const mesh::Mesh m = surface(*f, 0.1);
+  const auto at = [&](IsometricSolver& solver, double t) {
+    f->set_time(t);
+    std::vector<Vec3> x(m.positions);
+    project(*f, x, std::vector<double>(x.size(), 1));
+    Velocities v = velocities(*f, x, {});
+    solver.solve(x, v);
+    return v;
+  };
+  IsometricSolver used(m);
+  for (const double t : {0.0, 0.05, 0.1, 0.15}) at(used, t);
+  IsometricSolver same(m);
+  same.recall(used.memory());
+  IsometricSolver fresh(m);
+  const Velocities a = at(used, 0.2);
+  const Velocities b = at(fresh, 0.2);
+  EXPECT_EQ(a.velocity, at(same, 0.2).velocity) << "memory is all that it goes by";
+  double most = 0;
+  for (std::size_t i = 0; i < a.velocity.size(); ++i) most = std::max(most, (a.velocity[i] - b.velocity[i]).norm());
+  EXPECT_LT(most, 1e-5);  // the blobs have speed 0.5
+  EXPECT_GT(most, 0);
+  EXPECT_THROW(IsometricSolver(m).recall({}), InvalidInput);
 }
 
 TEST(IsometricSolver, RefusesWhatIsNotAMesh) {

@@ -11,16 +11,14 @@
 namespace meniscus::motion {
 
 /// The velocity field on a mesh that has given normal speeds and strains the mesh least (as Killing as possible):
-/// minimises Σ A |ε|² over the triangles, ε the rate of strain within a triangle's plane. A triangle resists being flattened
-/// the more the thinner it is; one whose corners' normals are over 60° apart holds a crease and does not resist.
+/// minimises Σ A |ε|² over the triangles that resist (strain.h), ε the rate of strain within a triangle's plane.
 ///
-/// What strain leaves open (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity: the
-/// energy has the term 1e-5 Σ A_i |t_i − guide_i|²/A added, A the whole area, and its bias is taken away again by four
-/// rounds of iterated Tikhonov regularisation: a rigid motion comes out to 1e-8 wherever the shape determines it.
-///
-/// Each round is solved by conjugate gradients, preconditioned by a sparse LDLᵀ factorisation of the same energy, which
-/// costs about O(V^1.5). It is kept while the mesh moves as one body, and made again when three iterations do not do.
-/// Deterministic: the result depends on the arguments and factorised_at() alone.
+/// Every part of the mesh is first given the rigid motion that suits its normal speeds (rigid_parts.h); what normal speeds
+/// do not tell of it (turning a sphere, sliding along a cylinder) follows a guide, the blended velocity. A part that moves
+/// as one body is done with: its motion comes out to rounding, at linear cost. What the others have beyond that is solved
+/// for by conjugate gradients, to a thousandth, from the last solution on, preconditioned by a sparse factorisation of the
+/// same energy (strain_factor.h), which is made again when twelve iterations do not do. Deterministic: the result depends on
+/// the arguments and memory() alone.
 class IsometricSolver {
  public:
   /// For meshes with these triangles. Throws InvalidInput for an index out of range.
@@ -29,18 +27,18 @@ class IsometricSolver {
   IsometricSolver(IsometricSolver&&) noexcept;
   IsometricSolver& operator=(IsometricSolver&&) noexcept;
 
-  /// A shape of the mesh: positions and unit normals of its vertices.
-  struct Shape {
-    std::vector<Vec3> positions, normals;
+  /// What a solve leaves for the next.
+  struct Memory {
+    std::vector<Vec3> positions, normals;  ///< of the vertices, where the factorisation was made; empty before the first
+    std::vector<double> tangential;        ///< the last solution, in frames that turn with the mesh: two numbers a vertex
   };
-  /// Where the factorisation was made; empty before the first.
-  const Shape& factorised_at() const;
-  /// Makes it there. Throws InvalidInput for a wrong count.
-  void factorise(Shape shape);
+  const Memory& memory() const;
+  /// Goes on as the solver with that memory would have. Throws InvalidInput for a wrong count.
+  void recall(Memory memory);
 
   /// Replaces the tangential parts of `v` (velocities of kind Blended at `positions`, the guide) by those of least strain.
   /// Returns the root mean square of |ε| by area, per second; leaves `v` as it is, confidence 0, if the system cannot be
-  /// factorised (no area, positions that are not finite).
+  /// solved (positions that are not finite).
   double solve(std::span<const Vec3> positions, Velocities& v, const RunControl& run = {});
 
  private:

@@ -1,20 +1,13 @@
 #include <meniscus/base/parallel.h>
 #include <meniscus/motion/local_fit.h>
-#include <meniscus/motion/regular.h>
+#include <meniscus/motion/rigid_fit.h>
 #include <meniscus/points/neighbours.h>
-
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 
 namespace meniscus::motion {
 namespace {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// Of singular values, relative to the largest one. A slide along the surface shows in v_n by the square of the patch's
 /// radius over that of curvature only, for turning makes up for the rest.
@@ -39,51 +32,27 @@ struct Fitter {
     return agreement > 0 && fade > 0 ? agreement * fade * fade : 0;
   }
 
-  /// The turning that suits the neighbours' present velocities, about the point's own.
-  Vec3 turning(const Patch& p) const {
-    Mat3 matrix = Mat3::Zero();
-    Vec3 right = Vec3::Zero();
-    for (const std::uint32_t j : p.neighbours) {
-      const double w = weight(p, j);
-      const Vec3 r = (points[j] - points[p.center]) / p.radius;
-      matrix += w * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
-      right += w * r.cross(v.velocity[j] - v.velocity[p.center]);
-    }
-    matrix.diagonal().array() += 1e-12 * matrix.trace() + 1e-300;  // neighbours in a line leave the turning about it open
-    return matrix.ldlt().solve(right);
-  }
-
+  Vec3 offset(const Patch& p, std::size_t j) const { return (points[j] - points[p.center]) / p.radius; }
   Vec3 velocity(const Patch& p, double& confidence) const;
 };
 
 Vec3 Fitter::velocity(const Patch& p, double& confidence) const {
-  Vector6 motion;
-  motion << v.velocity[p.center], turning(p);
-  Matrix6 matrix = Matrix6::Zero();
-  Vector6 right = Vector6::Zero();
+  RigidMotion motion{v.velocity[p.center], {}};
+  TurningFit turning;
+  for (const std::uint32_t j : p.neighbours) turning.add(offset(p, j), v.velocity[j] - motion.u, weight(p, j));
+  motion.turning = turning.solve();
+
+  NormalSpeedFit fit;
   const auto add = [&](std::size_t j, double w) {
-    const Vec3 r = (points[j] - points[p.center]) / p.radius;
-    Vector6 row;
-    row << v.normal[j], r.cross(v.normal[j]);
-    matrix += w * row * row.transpose();
-    right += w * (v.normal_speed[j] - row.dot(motion)) * row;
+    const Vec3 r = offset(p, j);
+    fit.add(r, v.normal[j], v.normal_speed[j] - v.normal[j].dot(motion.at(r)), w);
   };
   add(p.center, 1);
   for (const std::uint32_t j : p.neighbours) add(j, weight(p, j));
-
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(matrix);
-  const double largest = eigen.eigenvalues()[5];
-  confidence = largest > 0 ? 1 : 0;
-  for (Eigen::Index k = 0; k < 6 && largest > 0; ++k) {
-    const double value = eigen.eigenvalues()[k];
-    const double trust = value > 0 ? kFit(std::sqrt(value / largest)) : 0;
-    const Vector6 direction = eigen.eigenvectors().col(k);
-    // A direction that only turns the patch about the point does not matter to the point.
-    if (direction.head<3>().norm() > 1e-6) confidence = std::min(confidence, trust);
-    if (trust > 0) motion += trust * (direction.dot(right) / value) * direction;
-  }
+  const NormalSpeedFit::Answer answer = fit.solve(kFit);
+  confidence = answer.confidence;
   const Vec3& n = v.normal[p.center];
-  const Vec3 u = motion.head<3>();
+  const Vec3 u = motion.u + answer.change.u;
   return u + (v.normal_speed[p.center] - n.dot(u)) * n;
 }
 

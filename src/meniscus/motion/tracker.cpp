@@ -166,16 +166,19 @@ void MeshTracker::measure_references() {
 }
 
 References MeshTracker::references() const {
-  return {references_.lengths, references_.areas, solver_ ? solver_->factorised_at() : IsometricSolver::Shape{}};
+  return {references_.lengths, references_.areas, velocities_.velocity,
+          solver_ ? solver_->memory() : IsometricSolver::Memory{}};
 }
 
-void MeshTracker::set_references(References references, const field::Field& field, const RunControl& run) {
-  if (references.lengths.size() != references_.lengths.size() || references.areas.size() != references_.areas.size())
+void MeshTracker::set_references(References references) {
+  if (references.lengths.size() != references_.lengths.size() || references.areas.size() != references_.areas.size() ||
+      references.velocity.size() != velocities_.velocity.size())
     throw InvalidInput("the references are those of another mesh");
   references_ = std::move(references);
-  if (!references_.factorised.positions.empty()) solver_.emplace(mesh_).factorise(std::move(references_.factorised));
-  references_.factorised = {};
-  velocities_ = evaluate(field, mesh_.positions, run);
+  velocities_.velocity.swap(references_.velocity);
+  references_.velocity.clear();
+  if (!references_.isometric.positions.empty()) solver_.emplace(mesh_).recall(std::move(references_.isometric));
+  references_.isometric = {};
   write_attributes();
 }
 

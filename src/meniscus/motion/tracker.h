@@ -53,11 +53,12 @@ std::size_t project(const field::Field& field, std::vector<Vec3>& points, std::s
 void fair(const field::Field& field, mesh::Mesh& mesh, int rounds, const RunControl& run = {}, std::size_t fixed = 0);
 
 /// What later steps depend on beside the mesh of the moment: what distortion is measured against and fairing goes back to
-/// (the mesh as it was when tracking began), and the solver's shape.
+/// (the mesh as it was when tracking began), and what the solver remembers.
 struct References {
   std::vector<double> lengths;             ///< of the edges at each vertex, vertex by vertex, by rising neighbour
   std::vector<double> areas;               ///< of triangles
-  IsometricSolver::Shape factorised = {};  ///< where isometric velocities have their factorisation; empty for others
+  std::vector<Vec3> velocity;              ///< of the vertices, as the last step left it
+  IsometricSolver::Memory isometric = {};  ///< empty for other velocities
 };
 
 /// Attribute of tracked meshes and points: 1 where Velocities::singular holds, so that v_n is bounded and not exact.
@@ -83,7 +84,7 @@ class MeshTracker {
   References references() const;
   /// Goes on as an earlier tracker with the same mesh and these references would have. Throws InvalidInput for a wrong
   /// count.
-  void set_references(References references, const field::Field& field, const RunControl& run = {});
+  void set_references(References references);
 
   const mesh::Mesh& mesh() const { return mesh_; }
   const Velocities& velocities() const { return velocities_; }

@@ -289,7 +289,7 @@ void TrackJob::resume(long frame, TrackState state, const RunControl& run) {
     return;
   }
   mesh_.emplace(std::move(state.mesh), *surface_.field, time_of(frame), tracking(), run);
-  mesh_->set_references(std::move(state.references), *surface_.field, run);
+  mesh_->set_references(std::move(state.references));
 }
 
 /// Everything that determines the frames, as text: what a manifest compares.

@@ -55,7 +55,9 @@ TrackState state_from(const json& j) {
   state.mesh.attributes = attributes_from(j.at("attributes"));
   state.references = {j.at("lengths").get<std::vector<double>>(),
                       j.at("areas").get<std::vector<double>>(),
-                      {vectors_from(j.at("factorised").at(0)), vectors_from(j.at("factorised").at(1))}};
+                      vectors_from(j.at("velocity")),
+                      {vectors_from(j.at("isometric").at(0)), vectors_from(j.at("isometric").at(1)),
+                       j.at("isometric").at(2).get<std::vector<double>>()}};
   state.next_id = j.at("next_id").get<std::int64_t>();
   state.steps = j.at("steps").get<std::int64_t>();
   return state;
@@ -64,13 +66,14 @@ TrackState state_from(const json& j) {
 }  // namespace
 
 void save_track_state(const std::string& path, const TrackState& state, const io::WriteOptions& options) {
-  const auto& shape = state.references.factorised;
+  const auto& memory = state.references.isometric;
   const json j{{"positions", to_json(state.mesh.positions)},
                {"triangles", state.mesh.triangles},
                {"attributes", to_json(state.mesh.attributes)},
                {"lengths", state.references.lengths},
                {"areas", state.references.areas},
-               {"factorised", json::array({to_json(shape.positions), to_json(shape.normals)})},
+               {"velocity", to_json(state.references.velocity)},
+               {"isometric", json::array({to_json(memory.positions), to_json(memory.normals), memory.tangential})},
                {"next_id", state.next_id},
                {"steps", state.steps}};
   const std::vector<std::uint8_t> bytes = json::to_cbor(j);
