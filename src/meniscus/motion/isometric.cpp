@@ -10,7 +10,7 @@ namespace meniscus::motion {
 namespace {
 
 constexpr double kGuide = 1e-5;      // what the preconditioner adds, relative to strain
-constexpr double kConverged = 1e-3;  // residual, of that of the rigid motions
+constexpr double kConverged = 1e-3;  // residual, of that which the rigid motions leave
 constexpr int kPatience = 12;        // iterations; more are needed: the factorisation is of another shape
 constexpr int kMost = 60;            // with a factorisation of this one
 
