@@ -138,7 +138,7 @@ void add_skin(CLI::App& app, Session& session) {
   verb->add_option("--kernel", state->kernel, "how particles make a surface: averaged (default), blobs, anisotropic")
       ->check(CLI::IsMember({"averaged", "blobs", "anisotropic"}));
   verb->add_option("--tension", state->tension,
-                   "surface tension, units²/s: a sphere shrinks by 2B/R; default: 6 x follow x radius² per frame")
+                   "surface tension, units²/s: a sphere shrinks by 2B/R; default: 3 x follow x radius² per frame")
       ->check(CLI::NonNegativeNumber);
   verb->add_option(
       "--follow", state->follow,

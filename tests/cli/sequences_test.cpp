@@ -58,7 +58,7 @@ std::set<std::int64_t> ids_of(const std::string& path) {
 
 TEST(SkinVerb, PersistentVerticesKeepTheirIdsAndTheReportSaysWhereNot) {
   const Scratch s;
-  const std::string options = kSkin + "--persistent --force --resume --json -o ";
+  const std::string options = kSkin + "--tension 0.96 --persistent --force --resume --json -o ";
   const auto r = meniscus_program(options + (s / "a.####.ply") + " --frames 1-6");
   ASSERT_EQ(r.code, 0) << r.err;
   EXPECT_EQ(meniscus_program("check '" + (s / "a.####.ply") + "'").code, 0);

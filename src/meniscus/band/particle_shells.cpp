@@ -17,7 +17,8 @@ struct Spheres {
     state.velocity.push_back(Vec3::Zero());
     state.weight.push_back(1);
   }
-  ParticleSurface surface(const RunControl& run) const { return {state, {}, run}; }
+  /// Blobs: means of averaged particles make specks between loose ones.
+  ParticleSurface surface(const RunControl& run) const { return {state, {.kernel = ParticleKernel::Blobs}, run}; }
 };
 
 /// Bricks of the band within `reach` of the particles.
@@ -108,8 +109,10 @@ void keep_droplets(Evolver& skin, const ParticleSurface& particles, const RunCon
   const std::vector<double> depth = depth_of_particles(skin.band(), particles, run);
   const std::vector<double> freedom = freedom_of_particles(particles, depth, run);
   Spheres loose;
-  for (std::size_t i = 0; i < freedom.size(); ++i)
-    if (freedom[i] > 0) loose.add(particles, i, particles.radii()[i] * std::cbrt(freedom[i] * particles.weights()[i]));
+  for (std::size_t i = 0; i < freedom.size(); ++i) {
+    const double radius = particles.radii()[i] * std::cbrt(freedom[i] * particles.weights()[i]);
+    if (radius > 0.5 * skin.band().voxel()) loose.add(particles, i, radius);  // a smaller one would flicker between samples
+  }
   if (loose.state.size() == 0) return;
   const Band droplets = loose.surface(run).band(skin.band().voxel(), std::size_t{1} << 20, run);
   skin.edit([&](Band& b) { b.unite(droplets); }, run);

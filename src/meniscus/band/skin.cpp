@@ -95,6 +95,14 @@ std::shared_ptr<ParticleSurface> Skin::target(const ParticleState& particles, co
   return std::make_shared<ParticleSurface>(particles, options_.surface, run);
 }
 
+/// Tension smooths what is finer than √(tension / rate of the pull): by default √3 radii, which evens out particles and
+/// leaves sheets of two layers and the crests of a splash.
+EvolverOptions Skin::evolving(double frame_duration) const {
+  EvolverOptions out;
+  out.tension = options_.tension.value_or(3 * options_.follow / frame_duration * options_.radius * options_.radius);
+  return out;
+}
+
 void Skin::set_strategies(double frame_duration) {
   frame_ = frame_duration;
   pull_ = std::make_shared<ParticlePull>();
@@ -110,9 +118,7 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   cloud_ = particles;
   SkinReport report;
   const auto surface = target(now_.state, run);
-  EvolverOptions evolving;
-  evolving.tension = options_.tension.value_or(6 * options_.follow / frame_duration * options_.radius * options_.radius);
-  evolver_ = std::make_unique<Evolver>(surface->band(voxel_, options_.max_bricks, run), evolving);
+  evolver_ = std::make_unique<Evolver>(surface->band(voxel_, options_.max_bricks, run), evolving(frame_duration));
   set_strategies(frame_duration);
   pull_->surface = surface;
   if (options_.hold_volume) evolver_->hold_present_volumes(true, run);
@@ -350,9 +356,7 @@ Skin::State Skin::state() {
 void Skin::resume(Band band, const State& state, const points::Cloud& particles, double frame_duration) {
   now_ = particle_frame(particles, options_.radius);
   cloud_ = particles;
-  EvolverOptions evolving;
-  evolving.tension = options_.tension.value_or(6 * options_.follow / frame_duration * options_.radius * options_.radius);
-  evolver_ = std::make_unique<Evolver>(std::move(band), evolving);
+  evolver_ = std::make_unique<Evolver>(std::move(band), evolving(frame_duration));
   set_strategies(frame_duration);
   evolver_->set_goals(state.goals);
 }

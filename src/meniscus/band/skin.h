@@ -28,8 +28,8 @@ struct SkinOptions {
   ParticleSurfaceOptions surface;  ///< what the particles ask for
   double follow =
       0.25;  ///< how much of its distance to the target the skin makes up per frame (rate in 1/frame); less: calmer
-  /// Tension β in units²/s; when not given, six times follow · radius² per frame, which smooths away what is smaller than
-  /// about two radii. 0: none.
+  /// Tension β in units²/s; when not given, three times follow · radius² per frame, which smooths away what is smaller
+  /// than about √3 radii. 0: none.
   std::optional<double> tension;
   bool hold_volume = true;  ///< every component keeps its volume, through merges and splits
   std::optional<double>
@@ -91,6 +91,7 @@ class Skin {
 
  private:
   std::shared_ptr<ParticleSurface> target(const ParticleState& particles, const RunControl& run) const;
+  EvolverOptions evolving(double frame_duration) const;
   void set_strategies(double frame_duration);
   void finish(const ParticleSurface& surface, SkinReport& report, const RunControl& run);
   void live(double duration, SkinReport& report, const RunControl& run);
