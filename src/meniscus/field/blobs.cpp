@@ -16,6 +16,9 @@ namespace {
 
 const SumBlobsTable kSumBlobsSse2 = MENISCUS_SUM_BLOBS_TABLE(packet::Sse2);
 
+constexpr std::size_t kNarrow = 64;  // points at once whose candidates are narrowed
+constexpr std::size_t kMany = 48;    // candidates from which on that pays
+
 const SlotInfo kPointSlots[] = {{"center.x", Quantity::Coordinate},
                                 {"center.y", Quantity::Coordinate},
                                 {"center.z", Quantity::Coordinate},
@@ -92,6 +95,7 @@ class BlobSum final : public Field {
   void check() const;
   void refresh();
   BlobArrays arrays() const;
+  void narrow(std::span<const ReachIndex::Range> ranges, const Positions& x, std::vector<BlobRange>& out) const;
   void sum(std::span<const ReachIndex::Range> ranges, const Positions& x, const JetView& out) const;
   Interval item_range(std::uint32_t k, const Box& box) const;
 
@@ -170,12 +174,46 @@ BlobArrays BlobSum::arrays() const {
   return b;
 }
 
+/// The runs of blobs in `ranges` that may reach a point of x: those whose reach meets the points' box. What is left out adds
+/// nothing anywhere, so sums keep their bits.
+void BlobSum::narrow(std::span<const ReachIndex::Range> ranges, const Positions& x, std::vector<BlobRange>& out) const {
+  out.clear();
+  Box box;
+  for (std::size_t p = 0; p < x.size; ++p) box.extend(x[p]);
+  const double reach2 = reach_factor() * reach_factor() * (1 + 1e-9);
+  const double *cx = q_[0].data(), *cy = q_[1].data(), *cz = q_[2].data(), *inverse = q_[3].data();
+  const auto outside = [](double low, double c, double high) {
+    const double below = low - c, above = c - high, far = below > above ? below : above;
+    return far > 0 ? far : 0;
+  };
+  constexpr std::uint32_t kChunk = 64;
+  double u[kChunk];
+  for (const auto& range : ranges)
+    for (std::uint32_t first = range.begin; first < range.end; first += kChunk) {
+      const std::uint32_t size = std::min(kChunk, range.end - first);
+      for (std::uint32_t k = 0; k < size; ++k) {
+        const std::uint32_t i = first + k;
+        const double dx = outside(box.min.x(), cx[i], box.max.x()), dy = outside(box.min.y(), cy[i], box.max.y()),
+                     dz = outside(box.min.z(), cz[i], box.max.z());
+        u[k] = (dx * dx + dy * dy + dz * dz) * inverse[i];
+      }
+      for (std::uint32_t k = 0; k < size; ++k) {
+        if (u[k] > reach2) continue;
+        if (out.empty() || out.back().end != first + k) out.push_back({first + k, first + k});
+        ++out.back().end;
+      }
+    }
+}
+
 void BlobSum::sum(std::span<const ReachIndex::Range> ranges, const Positions& x, const JetView& out) const {
-  static_assert(sizeof(BlobRange) == sizeof(ReachIndex::Range));
-  std::vector<BlobRange> list(ranges.size());
-  for (std::size_t r = 0; r < ranges.size(); ++r) list[r] = {ranges[r].begin, ranges[r].end};
+  std::vector<BlobRange> list;
+  std::size_t candidates = 0;
+  for (const auto& r : ranges) {
+    list.push_back({r.begin, r.end});
+    candidates += r.end - r.begin;
+  }
   const double bias[2] = {bias_.value(0, 0), bias_.rate(0, 0)};
-  const auto& table = has_avx2() ? kSumBlobsAvx2 : kSumBlobsSse2;
+  const auto& table = has_avx512() ? kSumBlobsAvx512 : has_avx2() ? kSumBlobsAvx2 : kSumBlobsSse2;
   // Rates exist only for items that move; a bias alone may move too.
   BlobArrays b = arrays();
   std::vector<double> zeros;
@@ -183,7 +221,17 @@ void BlobSum::sum(std::span<const ReachIndex::Range> ranges, const Positions& x,
     zeros.assign(index_.order().size(), 0.0);
     for (std::size_t s = 0; s < n_ + 2; ++s) b.rate[s] = zeros.data();
   }
-  table[segment_ ? 1 : 0][kernel_ == BlobKernel::Compact ? 1 : 0](b, list.data(), list.size(), bias, x, out);
+  const SumBlobs sum_blobs = table[segment_ ? 1 : 0][kernel_ == BlobKernel::Compact ? 1 : 0];
+  if (segment_ || candidates < kMany) {
+    sum_blobs(b, list.data(), list.size(), bias, x, out);
+    return;
+  }
+  for (std::size_t begin = 0; begin < x.size; begin += kNarrow) {
+    const std::size_t size = std::min(kNarrow, x.size - begin);
+    const Positions part = x.part(begin, size);
+    narrow(ranges, part, list);
+    sum_blobs(b, list.data(), list.size(), bias, part, out.part(begin, size));
+  }
 }
 
 void BlobSum::do_evaluate(const Positions& x, const JetView& out) const {

@@ -1,11 +1,14 @@
 #pragma once
 
 // Private to blobs.cpp and blobs.avx2.cpp.
+#include <meniscus/field/exponential.h>
 #include <meniscus/field/jets.h>
 #include <meniscus/field/packet.h>
 #include <meniscus/field/shapes.h>
 
+#include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 namespace meniscus::field {
 
@@ -16,7 +19,10 @@ struct Gaussian {
   static constexpr double kReach2 = 36.7368005696771;
   template <class T>
   static void at(const T& u, T& f, T& f1, T& f2) {
-    f = exp(-u);
+    if constexpr (std::is_same_v<T, double>)
+      f = std::exp(-u);
+    else
+      f = packet::exponential(-u);
     f1 = -f;
     f2 = f;
   }
@@ -56,6 +62,7 @@ using SumBlobs = void (*)(const BlobArrays& blobs, const BlobRange* ranges, std:
 /// Indexed by [segments][kernel].
 using SumBlobsTable = SumBlobs[2][2];
 extern const SumBlobsTable kSumBlobsAvx2;
+extern const SumBlobsTable kSumBlobsAvx512;
 
 namespace kernel {
 

@@ -9,4 +9,11 @@ inline bool has_avx2() {
   return yes;
 }
 
+/// Whether this processor runs AVX-512 kernels (with doubles and 64-bit integers); the same bits again.
+inline bool has_avx512() {
+  static const bool yes = __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512dq") != 0 &&
+                          __builtin_cpu_supports("avx512vl") != 0;
+  return yes;
+}
+
 }  // namespace meniscus::field
