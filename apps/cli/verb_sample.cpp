@@ -110,6 +110,36 @@ nlohmann::json block(const Sampled& s) {
           {"state", s.state}};
 }
 
+/// Samplings of a moving surface, each made from the one before: points are carried by the field's own rates, arranged anew,
+/// and only where they have become too many or too few do some die or are born.
+class Carried {
+ public:
+  Carried(const SampleVerb& verb, Session& session) : verb_(verb), session_(session) {}
+
+  Sampled frame(const field::Field& field, const Box& box, double seconds_per_frame, const RunControl& run) {
+    sample::SpreadOptions options = verb_.options(box);
+    options.start = &carried_;
+    options.next_id = next_id_;
+    sample::Sampling s = sample::spread(field, box, options, run);
+    next_id_ += static_cast<std::int64_t>(s.report.born);
+    session_.report()["frames"].push_back({{"count", s.cloud.size()},
+                                           {"born", s.report.born},
+                                           {"died", s.report.died},
+                                           {"packing", s.report.evenness.packing},
+                                           {"cover", s.report.evenness.cover},
+                                           {"cv", s.report.evenness.cv}});
+    carried_ = sample::carried(field, s.cloud, seconds_per_frame, run);
+    return {std::move(s.cloud), s.report.evenness, s.report.steps, std::string(to_string(s.report.state)),
+            s.report.quarantined};
+  }
+
+ private:
+  const SampleVerb& verb_;
+  Session& session_;
+  points::Cloud carried_;
+  std::int64_t next_id_ = 0;
+};
+
 /// Floaters that live through the frames of a moving surface.
 class Follower {
  public:
@@ -189,6 +219,7 @@ void SampleVerb::run(Session& session) const {
   const auto meshes = mesh.empty() ? std::vector<std::string>() : output_paths(mesh, source.frames());
   session.timing("read");
   Follower follower(*this, session);
+  Carried sequence(*this, session);
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const double share = 0.9 / static_cast<double>(paths.size());
     const RunControl part = control.part(0.1 + share * static_cast<double>(i), 0.1 + share * static_cast<double>(i + 1));
@@ -199,7 +230,8 @@ void SampleVerb::run(Session& session) const {
     if (where.empty())
       s.state = "no-surface";
     else if (paths.size() > 1)
-      s = follower.frame(*surface.field, where, 1 / source.frames_per_second(), part);
+      s = method == "packed" ? sequence.frame(*surface.field, where, 1 / source.frames_per_second(), part)
+                             : follower.frame(*surface.field, where, 1 / source.frames_per_second(), part);
     else if (method == "packed")
       s = from_spread(*surface.field, where, options(where), part);
     else

@@ -1,4 +1,6 @@
 #include <meniscus/base/error.h>
+#include <meniscus/field/combine.h>
+#include <meniscus/field/time_expression.h>
 #include <meniscus/sample/spread.h>
 
 #include "surfaces.h"
@@ -6,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 namespace meniscus::sample {
 namespace {
@@ -129,6 +132,98 @@ TEST(Spread, ACubeKeepsItsEdges) {
   EXPECT_EQ(s.report.evenness.components, 1u);
   EXPECT_GT(s.report.evenness.packing, 0.6);
   EXPECT_NEAR(static_cast<double>(s.cloud.size()), 24 / (0.866 * 0.15 * 0.15), 0.1 * 24 / (0.866 * 0.15 * 0.15));
+}
+
+field::Number formula(const char* text) { return field::Number::animated(std::make_shared<field::TimeExpression>(text)); }
+
+/// Two blobs that approach until they are one and part again, in two seconds; the field knows its rates.
+std::unique_ptr<field::Field> meeting_blobs() {
+  const auto center = [](double side) { return formula(side < 0 ? "-0.8-0.4*cos(pi*t)" : "0.8+0.4*cos(pi*t)"); };
+  const field::Blob items[] = {{{center(-1), 0.0, 0.0}, 0.7, 1}, {{center(1), 0.0, 0.0}, 0.7, 1}};
+  return field::blobs(field::BlobKernel::Gaussian, 0.35, items);
+}
+
+TEST(Spread, AMovingSurfaceStaysEvenAndItsPointsStayThemselves) {
+  const auto blobs = meeting_blobs();
+  const Box box = Box::around(Vec3::Zero(), 2.5);
+  constexpr double kFrame = 1.0 / 24, kSpacing = 0.08;
+  points::Cloud carried_on;
+  std::set<std::int64_t> seen, alive;
+  std::int64_t next = 0;
+  std::size_t most = 0, fewest = 1000000, births = 0;
+  for (int k = 0; k <= 48; k += 2) {
+    blobs->set_time(k * kFrame);
+    const Sampling s = spread(*blobs, box, {.spacing = kSpacing, .start = &carried_on, .next_id = next});
+    EXPECT_GE(s.report.evenness.packing, 0.85) << k;
+    EXPECT_LE(s.report.evenness.cover, 1.25) << k;
+    EXPECT_LE(s.report.evenness.cv, 0.04) << k;
+    // Ids: strictly rising, old ones only from the frame before, new ones never seen.
+    const auto ids = s.cloud.attributes.integers("id");
+    std::size_t born = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (i > 0) EXPECT_LT(ids[i - 1], ids[i]);
+      if (alive.count(ids[i]) > 0) continue;
+      ++born;
+      EXPECT_TRUE(seen.insert(ids[i]).second) << "an id came back";
+    }
+    EXPECT_EQ(born, s.report.born);
+    EXPECT_EQ(alive.size() + born - ids.size(), s.report.died);
+    if (k > 0) births += born;
+    alive = {ids.begin(), ids.end()};
+    most = std::max(most, ids.size());
+    fewest = std::min(fewest, ids.size());
+    next += static_cast<std::int64_t>(s.report.born);
+    carried_on = carried(*blobs, s.cloud, 2 * kFrame);
+  }
+  // The area falls and rises again; hardly more points are born than that asks for.
+  EXPECT_LT(fewest, 0.9 * static_cast<double>(most));
+  EXPECT_LT(static_cast<double>(births), 1.3 * static_cast<double>(most - fewest));
+}
+
+TEST(Spread, ARigidMotionKeepsEveryPoint) {
+  const auto ball_at = [](const char* x) {
+    const field::Blob item[] = {{{formula(x), 0.0, 0.0}, 0.7, 1}};
+    return field::blobs(field::BlobKernel::Gaussian, 0.35, item);
+  };
+  const auto ball = ball_at("6*t");
+  const auto box = Box{Vec3(-2, -2, -2), Vec3(4, 2, 2)};
+  const Sampling first = spread(*ball, box, {.count = 1000});
+  const points::Cloud moved = carried(*ball, first.cloud, 0.1);
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    EXPECT_LT((moved.positions[i] - first.cloud.positions[i] - Vec3(0.6, 0, 0)).norm(), 1e-9);
+  ball->set_time(0.1);
+  const Sampling second = spread(*ball, box, {.count = 1000, .start = &moved, .next_id = 1000});
+  EXPECT_EQ(second.report.born, 0u);
+  EXPECT_EQ(second.report.died, 0u);
+}
+
+TEST(Spread, WhatAppearsBetweenFramesIsSampledAndWhatVanishesIsLeft) {
+  const auto one = test::sphere(), other = test::sphere(0.5, {3, 0, 0});
+  const Box box = Box::around(Vec3::Zero(), 4);
+  const Sampling first = spread(*one, box, {.spacing = 0.1});
+  const auto both = field::set_union([&] {
+    std::vector<std::unique_ptr<field::Field>> parts;
+    parts.push_back(one->clone());
+    parts.push_back(other->clone());
+    return parts;
+  }());
+  const Sampling second = spread(*both, box, {.spacing = 0.1, .start = &first.cloud, .next_id = 1'000'000});
+  EXPECT_EQ(second.report.evenness.components, 2u);
+  EXPECT_NEAR(static_cast<double>(second.report.born), 0.25 * static_cast<double>(first.cloud.size()),
+              0.03 * static_cast<double>(first.cloud.size()));
+  EXPECT_LE(second.report.evenness.cover, 1.25);
+  const Sampling third = spread(*other, box, {.spacing = 0.1, .start = &second.cloud, .next_id = 2'000'000});
+  EXPECT_EQ(third.report.evenness.components, 1u);
+  for (const std::int64_t id : third.cloud.attributes.integers("id")) EXPECT_GE(id, 1'000'000) << "of the vanished ball";
+  EXPECT_THROW(spread(*other, box,
+                      {.spacing = 0.1,
+                       .start =
+                           [] {
+                             static points::Cloud bare;
+                             bare.positions = {Vec3::Zero()};
+                             return &bare;
+                           }()}),
+               InvalidInput);
 }
 
 TEST(Spread, CapIsAState) {

@@ -58,8 +58,7 @@ std::size_t insert(const field::Field& surface, const Box& box, std::size_t coun
   }
   const std::vector<std::uint32_t> where = spread_out(centers, limits, box, count);
   for (const std::uint32_t k : where) {
-    p.points.push_back(holes[k].center, holes[k].normal);
-    p.spacing.push_back(p.spacing[holes[k].particle]);
+    p.push_back(holes[k].center, holes[k].normal, p.spacing[holes[k].particle]);
   }
   return where.size();
 }
@@ -82,12 +81,21 @@ std::size_t remove(const Box& box, std::size_t count, Population& p, const RunCo
   std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < removed.size(); ++i)
     if (!removed[i]) kept.push_back(i);
-  p.points = p.points.gathered(kept);
-  p.spacing = gathered(p.spacing, kept);
+  p = p.gathered(kept);
   return gone.size();
 }
 
 }  // namespace
+
+void Population::push_back(const Vec3& position, const Vec3& normal, double wanted) {
+  points.push_back(position, normal);
+  spacing.push_back(wanted);
+  if (id.size() + 1 == points.size()) id.push_back(kNewcomer);
+}
+
+Population Population::gathered(std::span<const std::uint32_t> order) const {
+  return {points.gathered(order), sample::gathered(spacing, order), id.empty() ? id : sample::gathered(id, order)};
+}
 
 std::size_t hexagonal_count(const Population& p, const Box& box, const RunControl& run) {
   const std::vector<CellMeasure> cells = cells_of(p, box, run);
@@ -139,8 +147,7 @@ void sort_spatially(Population& p) {
   if (p.points.empty()) return;
   const std::vector<std::uint32_t> order =
       spatial_order(p.points.positions(), *std::min_element(p.spacing.begin(), p.spacing.end()));
-  p.points = p.points.gathered(order);
-  p.spacing = gathered(p.spacing, order);
+  p = p.gathered(order);
 }
 
 }  // namespace meniscus::sample

@@ -7,6 +7,9 @@
 #include <meniscus/sample/surface_points.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace meniscus::sample {
@@ -14,7 +17,13 @@ namespace meniscus::sample {
 /// A population under arrangement: points, the spacing wanted at each, and what it needs to keep them so.
 struct Population {
   SurfacePoints points;
-  std::vector<double> spacing;  ///< world units; scaled so that n hexagonal cells of these spacings tile the area
+  std::vector<double> spacing;        ///< world units; scaled so that n hexagonal cells of these spacings tile the area
+  std::vector<std::int64_t> id = {};  ///< of each point (kNewcomer for those that came since), or none at all
+
+  static constexpr std::int64_t kNewcomer = std::numeric_limits<std::int64_t>::max();
+  void push_back(const Vec3& position, const Vec3& normal, double wanted);
+  /// The points `order`, in that order.
+  Population gathered(std::span<const std::uint32_t> order) const;
 };
 
 /// Scales all spacings by one factor so that Σ (√3/2) spacing² equals the area of the cells: what n points can have.

@@ -26,6 +26,7 @@ class Growth {
         hash_(box.center(), 2 * options.acceptance * options.spacing) {}
 
   Front grown(const SurfacePoints& seeds) {
+    if (options_.occupied) occupy(*options_.occupied);
     const std::vector<double> spacing = wanted_spacing(surface_, options_.density, options_.spacing, seeds, run_);
     for (std::size_t s = 0; s < seeds.size() && !front_.capped; ++s) {
       if (crowded(seeds.position(s), seeds.normal(s), spacing[s], 1.0)) continue;
@@ -41,6 +42,13 @@ class Growth {
     SurfacePoints points;
     std::vector<std::uint32_t> parent;
   };
+
+  /// Points that stand already take room and offer nothing.
+  void occupy(const SurfacePoints& points) {
+    const std::vector<double> spacing = wanted_spacing(surface_, options_.density, options_.spacing, points, run_);
+    for (std::size_t i = 0; i < points.size(); ++i) add(points.position(i), points.normal(i), Vec3::Zero(), spacing[i]);
+    ring_begin_ = front_.points.size();
+  }
 
   /// Where the first tile of a component points: at random, by the control's seed.
   Vec3 direction_at(const SurfacePoints& seeds, std::size_t s) const {

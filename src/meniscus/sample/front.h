@@ -17,10 +17,12 @@ struct FrontOptions {
   std::size_t max_count = 0;  ///< never more points than this
   double tolerance = 0;       ///< distance to the surface that counts as on it, world units
   Density density = {};
+  const SurfacePoints* occupied =
+      nullptr;  ///< points that stand already: the front grows around them. Not owned; may be null
 };
 
 struct Front {
-  SurfacePoints points;
+  SurfacePoints points;         ///< those that stood already first
   std::vector<double> spacing;  ///< wanted at each point, world units
   std::size_t seeds = 0;        ///< seeds that were not yet covered when their turn came: at least one per component
   bool capped = false;          ///< stopped at max_count

@@ -218,8 +218,7 @@ class Mending {
       std::size_t i = r.member[slot];
       if (slot >= old) {  // a newcomer
         i = p_.points.size();
-        p_.points.push_back(points.position(s), points.normal(s));
-        p_.spacing.push_back(r.spacing[slot]);
+        p_.push_back(points.position(s), points.normal(s), r.spacing[slot]);
         faults_.push_back(now[s]);
         tries_.push_back(tries_[r.center[k]]);
       }
@@ -237,7 +236,7 @@ class Mending {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < gone.size(); ++i)
       if (!gone[i]) kept.push_back(i);
-    p_ = {p_.points.gathered(kept), gathered(p_.spacing, kept)};
+    p_ = p_.gathered(kept);
     faults_ = gathered(faults_, kept);
     tries_ = gathered(tries_, kept);
   }

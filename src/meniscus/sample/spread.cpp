@@ -2,6 +2,7 @@
 #include <meniscus/sample/closing.h>
 #include <meniscus/sample/front.h>
 #include <meniscus/sample/mend.h>
+#include <meniscus/sample/point_hash.h>
 #include <meniscus/sample/projection.h>
 #include <meniscus/sample/relax.h>
 #include <meniscus/sample/seeds.h>
@@ -20,6 +21,8 @@ constexpr double kFrontDensity = 0.97;  // a grown front holds about this share 
 constexpr double kCountRoom = 0.01;
 constexpr int kPilots = 4;
 constexpr int kHealRounds = 3;
+constexpr double kLeap = 4;       // spacings that a point of an earlier arrangement may be from the surface
+constexpr double kCrowded = 0.5;  // spacings to another below which it is dropped
 constexpr double kVacancy = 1.3;  // empty circles above this, in those of the hexagonal lattice, get a point
 // The closing stage: pairs nearer than this are pushed apart.
 constexpr RelaxOptions kContact{
@@ -36,6 +39,11 @@ void check(const Box& box, const SpreadOptions& options) {
                         std::to_string(options.max_count) + " points");
   if (options.steps < 0) throw InvalidInput("steps must not be negative");
   check(options.density);
+  if (!options.start || options.start->empty()) return;
+  const auto& has = options.start->attributes;
+  if (has.values(meniscus::attribute::kNormal, 3).empty() || has.values(meniscus::attribute::kRadius, 1).empty() ||
+      has.integers(meniscus::attribute::kId).empty())
+    throw InvalidInput("points to begin with need N, pscale and id");
 }
 
 /// The stages of a run over one surface.
@@ -51,7 +59,10 @@ class Spreading {
     report_.unresolved = seeds.unresolved;
     if (seeds.points.empty()) return {{}, report_};
     run_.progress(0.05, "front");
-    options_.count ? grow_to_count(seeds.points) : grow(seeds.points, *options_.spacing);
+    if (options_.start && !options_.start->empty())
+      resume(seeds.points, *options_.start);
+    else
+      options_.count ? grow_to_count(seeds.points) : grow(seeds.points, *options_.spacing);
     run_.progress(0.2, "relaxing");
     arrange();
     run_.progress(0.95, "measuring");
@@ -59,13 +70,50 @@ class Spreading {
   }
 
  private:
-  void grow(const SurfacePoints& seeds, double spacing) {
-    Front front = grow_front(
-        surface_, box_, seeds,
-        {.spacing = spacing, .max_count = options_.max_count, .tolerance = tolerance_, .density = options_.density}, run_);
+  void grow(const SurfacePoints& seeds, double spacing, const SurfacePoints* occupied = nullptr) {
+    Front front = grow_front(surface_, box_, seeds,
+                             {.spacing = spacing,
+                              .max_count = options_.max_count,
+                              .tolerance = tolerance_,
+                              .density = options_.density,
+                              .occupied = occupied},
+                             run_);
     capped_ = front.capped;
-    population_ = {std::move(front.points), std::move(front.spacing)};
+    population_ = {std::move(front.points), std::move(front.spacing), {}};
+    population_.id.assign(population_.points.size(), Population::kNewcomer);
     base_spacing_ = spacing;
+  }
+
+  /// Points that are there already go to the surface, those that crowd one another or find none are dropped, and the front
+  /// grows over what they leave uncovered.
+  void resume(const SurfacePoints& seeds, const points::Cloud& start) {
+    const auto normals = start.attributes.values(meniscus::attribute::kNormal, 3);
+    const auto radii = start.attributes.values(meniscus::attribute::kRadius, 1);
+    const auto ids = start.attributes.integers(meniscus::attribute::kId);
+    const double spacing = options_.spacing ? *options_.spacing : 2 * *std::max_element(radii.begin(), radii.end());
+    SurfacePoints points, kept;
+    for (std::size_t i = 0; i < start.size(); ++i)
+      points.push_back(start.positions[i], {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]});
+    const SurfacePoints before = points;
+    const auto arrived =
+        project(surface_, box_, {.tolerance = 1e-3 * spacing, .max_distance = kLeap * spacing}, points, run_);
+    const std::vector<double> wanted = wanted_spacing(surface_, options_.density, spacing, points, run_);
+    std::vector<std::int64_t> id;
+    PointHash hash(box_.center(), spacing);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec3 p = points.position(i);
+      if (!arrived[i] || points.normal(i).dot(before.normal(i)) <= 0) continue;
+      const double apart = kCrowded * wanted[i];
+      if (hash.any_near(p, apart, [&](std::uint32_t k) {
+            return (kept.position(k) - p).norm() < apart && kept.normal(k).dot(points.normal(i)) > 0;
+          }))
+        continue;
+      hash.insert(p);
+      kept.push_back(p, points.normal(i));
+      id.push_back(ids[i]);
+    }
+    grow(seeds, spacing, &kept);
+    std::copy(id.begin(), id.end(), population_.id.begin());
   }
 
   /// Fronts at better and better spacings until one holds about the wanted count.
@@ -130,7 +178,7 @@ class Spreading {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < arrived.size(); ++i)
       if (arrived[i]) kept.push_back(i);
-    population_ = {population_.points.gathered(kept), gathered(population_.spacing, kept)};
+    population_ = population_.gathered(kept);
     return arrived.size() - kept.size();
   }
 
@@ -150,11 +198,27 @@ class Spreading {
     report_.state = capped_                                                          ? SpreadState::PopulationCap
                     : options_.count && population_.points.size() != *options_.count ? SpreadState::CountMissed
                                                                                      : SpreadState::Even;
-    std::vector<std::int64_t> ids(population_.points.size());
-    std::iota(ids.begin(), ids.end(), 0);
-    points::Cloud cloud = make_cloud(surface_, box_, population_.points, population_.spacing, ids, run_);
+    number();
+    points::Cloud cloud = make_cloud(surface_, box_, population_.points, population_.spacing, population_.id, run_);
     run_.progress(1);
     return {std::move(cloud), report_};
+  }
+
+  /// Newcomers get the next ids, in the order in which they stand; where points were there before, all are stored by id.
+  void number() {
+    std::int64_t next = options_.next_id;
+    for (std::int64_t& id : population_.id)
+      if (id == Population::kNewcomer) {
+        id = next++;
+        ++report_.born;
+      }
+    if (!options_.start) return;
+    report_.died = options_.start->size() - (population_.id.size() - report_.born);
+    std::vector<std::uint32_t> order(population_.id.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return population_.id[a] < population_.id[b]; });
+    population_ = population_.gathered(order);
   }
 
   const field::Field& surface_;
@@ -200,6 +264,23 @@ points::Cloud make_cloud(const field::Field& surface, const Box& box, const Surf
   cloud.attributes.set(attribute::kArea, 1, std::move(area));
   cloud.attributes.set(attribute::kMeanCurvature, 1, std::move(mean));
   cloud.attributes.set(attribute::kGaussCurvature, 1, std::move(gauss));
+  return cloud;
+}
+
+points::Cloud carried(const field::Field& surface, points::Cloud cloud, double dt, const RunControl& run) {
+  field::PositionBatch x(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) x.set(i, cloud.positions[i]);
+  field::JetBatch jets(cloud.size(), field::Order::GradientTime);
+  field::evaluate(surface, x.view(), jets.view(), run);
+  std::vector<double> vx(cloud.size()), vy(cloud.size()), vz(cloud.size());
+  surface.material_velocity(x.view(), {vx.data(), vy.data(), vz.data()});
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3 g = jets.gradient(i), v(vx[i], vy[i], vz[i]);
+    const double slope2 = g.squaredNorm();
+    if (!(slope2 > 0) || !v.allFinite() || !std::isfinite(jets.time(i))) continue;
+    const Vec3 velocity = v - (v.dot(g) + jets.time(i)) / slope2 * g;
+    if (velocity.allFinite()) cloud.positions[i] += dt * velocity;
+  }
   return cloud;
 }
 

@@ -31,6 +31,11 @@ struct SpreadOptions {
   bool fast = false;                      ///< preview: the grown start and a dozen steps; packing about 0.75 instead of 0.90
   int steps = 30;                      ///< relaxation steps of the main stage; more heals more defects, 0 leaves the start
   std::size_t max_count = 20'000'000;  ///< never more points than this, in any stage
+  /// Points to begin with, each within 4 spacings of the surface, with N, pscale and id: an earlier moment's sampling,
+  /// carried along. They keep their ids while they live, what they leave uncovered is filled, and the result is stored by
+  /// id. Not owned; may be null.
+  const points::Cloud* start = nullptr;
+  std::int64_t next_id = 0;  ///< ids of new points count from here
 };
 
 enum class SpreadState {
@@ -47,6 +52,8 @@ struct SpreadReport {
   double spacing = 0;  ///< hexagonal spacing of the result where density is flat, world units
   Evenness evenness;
   std::size_t quarantined = 0;  ///< points dropped because ∇F vanished there or they could not be put on the surface
+  std::size_t born = 0;         ///< points that are not of `start`
+  std::size_t died = 0;         ///< points of `start` that are gone
   std::size_t not_finite = 0;   ///< places of the search for components where F was not finite
   std::size_t unresolved = 0;   ///< cells of that search that may hide something smaller than they are
 };
@@ -68,6 +75,10 @@ struct Sampling {
 /// Cost: linear in the number of points, about 80 field evaluations a point. Progress and cancellation per block of work.
 /// Throws InvalidInput unless exactly one of spacing and count is given and positive, and the box is finite and not empty.
 Sampling spread(const field::Field& surface, const Box& box, const SpreadOptions& options, const RunControl& run = {});
+
+/// Where the points of a sampling go while the surface moves on by `dt` seconds, to first order: −F_t/|∇F| along the normal,
+/// and with the material along the surface. Positions alone change; spread() with `start` takes it from there.
+points::Cloud carried(const field::Field& surface, points::Cloud cloud, double dt, const RunControl& run = {});
 
 /// A cloud with all attributes of a sampling from points and the spacing at each. Points are numbered 0, 1, … unless ids are
 /// given.
