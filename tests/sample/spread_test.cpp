@@ -215,15 +215,9 @@ TEST(Spread, WhatAppearsBetweenFramesIsSampledAndWhatVanishesIsLeft) {
   const Sampling third = spread(*other, box, {.spacing = 0.1, .start = &second.cloud, .next_id = 2'000'000});
   EXPECT_EQ(third.report.evenness.components, 1u);
   for (const std::int64_t id : third.cloud.attributes.integers("id")) EXPECT_GE(id, 1'000'000) << "of the vanished ball";
-  EXPECT_THROW(spread(*other, box,
-                      {.spacing = 0.1,
-                       .start =
-                           [] {
-                             static points::Cloud bare;
-                             bare.positions = {Vec3::Zero()};
-                             return &bare;
-                           }()}),
-               InvalidInput);
+  points::Cloud bare;
+  bare.positions = {Vec3::Zero()};
+  EXPECT_THROW(spread(*other, box, {.spacing = 0.1, .start = &bare}), InvalidInput);
 }
 
 TEST(Spread, CapIsAState) {
