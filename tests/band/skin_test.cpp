@@ -151,30 +151,43 @@ TEST(Skin, SavedAndResumedIsUninterrupted) {
   EXPECT_EQ(fingerprint(second.band()), fingerprint(whole.band()));
 }
 
+/// The largest way, voxels, of the surface `to` from the surface `from`.
+double largest_way(const Band& from, const Band& to) {
+  double worst = 0;
+  const Crossings c = find_crossings(to);
+  for (std::size_t i = 0; i < c.size(); ++i) worst = std::max(worst, std::abs(from.sample(c.x.view()[i])));
+  return worst / from.voxel();
+}
+
 TEST(Skin, ACoarserParticleSetEasesIn) {
-  // From one frame to the next every second particle goes. The coating jumps; the skin does not.
-  const auto thin = [](const points::Cloud& c) {
+  // From one frame to the next every second particle goes, and the others take over its liquid, or do not. The coating
+  // jumps; the skin comes after by `follow` of that, and by half a voxel a frame when it holds less: in every frame that
+  // follows.
+  for (const bool same_liquid : {true, false}) {
+    SkinOptions o = settings();
+    o.surface.kernel = ParticleKernel::Blobs;
+    Skin skin(o);
+    points::Cloud cloud;
+    add_drop(cloud, Vec3::Zero(), 6, Vec3::Zero(), 1, 1);
     std::vector<std::size_t> keep;
-    for (std::size_t i = 0; i < c.size(); i += 2) keep.push_back(i);
-    return points::gathered(c, keep);
-  };
-  SkinOptions o = settings();
-  o.surface.kernel = ParticleKernel::Blobs;
-  Skin skin(o);
-  points::Cloud cloud;
-  add_drop(cloud, Vec3::Zero(), 6, Vec3::Zero(), 1, 1);
-  for (int f = 0; f < 4; ++f) skin.advance(cloud, 1);
-  const Band before = skin.band();
-  skin.advance(thin(cloud), 1);
-  const auto farthest = [&](const Band& to) {
-    double worst = 0;
-    const Crossings c = find_crossings(to);
-    for (std::size_t i = 0; i < c.size(); ++i) worst = std::max(worst, std::abs(before.sample(c.x.view()[i])));
-    return worst / before.voxel();
-  };
-  const Band coating = ParticleSurface(particle_frame(thin(cloud), o.radius).state, o.surface).band(*o.voxel);
-  EXPECT_LT(farthest(skin.band()), 0.5);  // voxels in one frame
-  EXPECT_GT(farthest(coating), 1.0);
+    for (std::size_t i = 0; i < cloud.size(); i += 2) keep.push_back(i);
+    points::Cloud thin = points::gathered(cloud, keep);
+    if (same_liquid) thin.attributes.set(attribute::kRadius, 1, std::vector<double>(thin.size(), std::cbrt(2.0) * o.radius));
+    const auto coating = [&](const points::Cloud& c) {
+      return ParticleSurface(particle_frame(c, o.radius).state, o.surface).band(*o.voxel);
+    };
+    const double jump = largest_way(coating(cloud), coating(thin));
+    EXPECT_GT(jump, same_liquid ? 0.8 : 1.0);
+    for (int f = 0; f < 4; ++f) skin.advance(cloud, 1);
+    const double volume = skin.components().front().volume;
+    for (int f = 0; f < 24; ++f) {
+      const Band before = skin.band();
+      skin.advance(thin, 1);
+      EXPECT_LT(largest_way(before, skin.band()), o.follow * jump + (same_liquid ? 0 : 0.5))
+          << same_liquid << ", frame " << f;
+    }
+    EXPECT_NEAR(skin.components().front().volume / volume, same_liquid ? 1 : 0.5, 0.005);
+  }
 }
 
 TEST(Skin, SurvivesDegenerateFrames) {

@@ -33,7 +33,15 @@ class ParticlePull final : public Strategy {
 namespace {
 
 constexpr int kSettleFrames = 4;            // of relaxation before the first frame
+constexpr double kVolumePace = 0.5;         // voxels a frame that a surface moves when particles come or go
 constexpr std::size_t kResidualStride = 8;  // of crossings: a mean needs no more
+
+/// What particles stand for, up to a factor.
+double liquid(const ParticleState& s) {
+  double sum = 0;
+  for (const double r : s.radius) sum += r * r * r;
+  return sum;
+}
 
 /// A band of spheres.
 Band spheres(const std::vector<Vec3>& centre, const std::vector<double>& radius, double voxel, const RunControl& run) {
@@ -138,6 +146,7 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   second_last_.reset();
   before_.reset();
   thrown_.clear();
+  owed_ = 1;
   finish(*surface, report, run);
   return report;
 }
@@ -222,13 +231,20 @@ void Skin::bound(const ParticleSurface& surface, const RunControl& run) {
   if (shell.inner > 0) keep_covered(*evolver_, surface, shell.inner, run);
 }
 
-/// Particles that come or go change what components hold, in proportion; pieces that were seeded hold what they have.
+/// Particles that come or go change what components hold in proportion to their liquid, but no faster than the surface may
+/// follow: the rest is owed to later frames. Pieces that were seeded hold what they have.
 void Skin::adopt_births(const ParticleFrame& next, std::size_t matched, bool seeded, const RunControl& run) {
   const std::vector<Component>& parts = evolver_->components(run);
+  const double before = liquid(now_.state), after = liquid(next.state);
+  if (!seeded && before > 0 && after > 0 && (matched > 0 || next.id.empty())) owed_ *= after / before;
+  double depth = 0;  // by which a surface moves when all volumes double
+  for (const Component& c : parts)
+    if (c.goal && c.area > 0) depth = std::max(depth, std::abs(*c.goal) / c.area);
+  const double most = depth > 0 ? kVolumePace * voxel_ / depth : 0;
+  const double now = std::clamp(owed_, 1 / (1 + most), 1 + most);
+  owed_ /= now;
   std::vector<std::optional<double>> goals;
-  const double before = static_cast<double>(now_.state.size()), after = static_cast<double>(next.state.size());
-  const bool counts = !seeded && before > 0 && after > 0 && (matched > 0 || next.id.empty());
-  for (const Component& c : parts) goals.push_back(c.goal ? *c.goal * (counts ? after / before : 1) : c.volume);
+  for (const Component& c : parts) goals.emplace_back(c.goal ? *c.goal * now : c.volume);
   evolver_->set_goals(goals);
 }
 
@@ -350,6 +366,7 @@ Attributes Skin::carried(std::span<const Vec3> at, const std::vector<std::string
 Skin::State Skin::state() {
   State s;
   for (const Component& c : evolver_->components()) s.goals.push_back(c.goal);
+  s.owed = owed_;
   return s;
 }
 
@@ -359,6 +376,7 @@ void Skin::resume(Band band, const State& state, const points::Cloud& particles,
   evolver_ = std::make_unique<Evolver>(std::move(band), evolving(frame_duration));
   set_strategies(frame_duration);
   evolver_->set_goals(state.goals);
+  owed_ = state.owed;
 }
 
 }  // namespace meniscus::band

@@ -31,7 +31,9 @@ struct SkinOptions {
   /// Tension β in units²/s; when not given, three times follow · radius² per frame, which smooths away what is smaller
   /// than about √3 radii. 0: none.
   std::optional<double> tension;
-  bool hold_volume = true;  ///< every component keeps its volume, through merges and splits
+  /// Every component keeps its volume, through merges and splits. When particles come or go it changes in proportion to
+  /// their radii cubed, moving the surface by half a voxel a frame at most.
+  bool hold_volume = true;
   std::optional<double>
       carry;  ///< cell over which particle velocities are averaged to carry the skin along; 8 radii when not given
   SkinShells shells;
@@ -84,6 +86,7 @@ class Skin {
   /// What must be kept to go on later: the samples are band().grid(), this is the rest.
   struct State {
     std::vector<std::optional<double>> goals;  ///< per component, in their order
+    double owed = 1;                           ///< factor by which they are still to change since particles came or went
   };
   State state();
   /// Goes on from a saved band: `particles` are those of the saved frame.
@@ -109,6 +112,7 @@ class Skin {
   std::shared_ptr<const VelocityGrid> carry_, local_;
   std::optional<Band> before_;  // at the start of the last sub-step
   double before_step_ = 0;
+  double owed_ = 1;                         // as in State
   std::optional<Band> last_, second_last_;  // of the frames before, for the report
   std::vector<Vec3> thrown_;                // x + v dt of the last frame's surface
 };

@@ -64,12 +64,14 @@ class LivingSkin final : public LivingSurface {
   }
   nlohmann::json state() override {
     nlohmann::json goals = nlohmann::json::array();
-    for (const auto& g : skin_.state().goals) goals.push_back(optional(g));
-    return {{"goals", goals}};
+    const band::Skin::State s = skin_.state();
+    for (const auto& g : s.goals) goals.push_back(optional(g));
+    return {{"goals", goals}, {"owed", s.owed}};
   }
   void resume(std::size_t index, band::Band band, const nlohmann::json& state, const RunControl&) override {
     if (!state.contains("goals")) throw InvalidInput("the saved state is not a skin's");
     band::Skin::State s;
+    s.owed = state.value("owed", 1.0);
     for (const auto& g : state["goals"])
       s.goals.push_back(g.is_number() ? std::optional<double>(g.get<double>()) : std::nullopt);
     skin_.resume(std::move(band), s, particles_.read(particles_.frames()[index]), 1 / fps_);
