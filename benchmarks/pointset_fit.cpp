@@ -13,6 +13,7 @@
 #include <meniscus/pointset/point_set_field.h>
 #include <meniscus/polygonize/polygonize.h>
 
+#include <Eigen/Geometry>
 #include <benchmarks/support/measure.h>
 #include <nlohmann/json.hpp>
 #include <tests/pointset/shapes.h>
@@ -135,8 +136,37 @@ double mean_distance(const mesh::Mesh& from, const mesh::Mesh& to) {
   return sum / static_cast<double>(from.positions.size()) / bound;
 }
 
+/// Normals of a mesh's vertices: means of its triangles', weighted by area, by angle or not at all.
+std::vector<Vec3> vertex_normals(const mesh::Mesh& mesh, const std::string& weights) {
+  std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto corner = [&](std::size_t c) { return mesh.positions[static_cast<std::size_t>(t[(k + c) % 3])]; };
+      const Vec3 a = corner(1) - corner(0), b = corner(2) - corner(0), cross = a.cross(b);
+      const double length = cross.norm(), weight = weights == "area"    ? length
+                                                   : weights == "angle" ? std::atan2(length, a.dot(b))
+                                                                        : 1;
+      if (length > 0) normals[static_cast<std::size_t>(t[k])] += weight / length * cross;
+    }
+  return normals;
+}
+
+/// What normals of a scan are is a convention: how far apart three of them are tells how closely one can be meant.
+void conventions(const mesh::Mesh& mesh) {
+  const auto mean_angle = [&](const char* one, const char* other) {
+    const std::vector<Vec3> a = vertex_normals(mesh, one), b = vertex_normals(mesh, other);
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::atan2(a[i].cross(b[i]).norm(), a[i].dot(b[i]));
+    return sum / static_cast<double>(a.size()) * 180 / shapes::kPi;
+  };
+  std::printf(
+      "Vertex normals of the scan differ by %.2f (area, angle), %.2f (area, equal), %.2f (angle, equal) degrees.\n\n",
+      mean_angle("area", "angle"), mean_angle("area", "equal"), mean_angle("angle", "equal"));
+}
+
 void scan(const std::string& path) {
   const mesh::Mesh mesh = io::read_mesh(path);
+  conventions(mesh);
   points::Cloud cloud{mesh.positions, {}};
   std::vector<double> normals;
   for (const Vec3& n : mesh::vertex_normals(mesh)) normals.insert(normals.end(), n.data(), n.data() + 3);
@@ -146,11 +176,12 @@ void scan(const std::string& path) {
       "back |\n"
       "|---|---|---|---|---|---|---|\n",
       cloud.size());
-  pointset::FitOptions close;
-  close.rows = pointset::FitOptions::Rows::Gradient;
-  close.neighbours = 8;
+  using Rows = pointset::FitOptions::Rows;
   for (const auto& [name, options] :
-       {std::pair{"default", pointset::FitOptions{}}, {"gradient rows, 8 neighbours", close}}) {
+       {std::pair{"default", pointset::FitOptions{}},
+        {"offset rows", {.rows = Rows::Offset}},
+        {"gradient rows", {.rows = Rows::Gradient}},
+        {"gradient rows, grid 4, 14 neighbours", {.neighbours = 14, .grid = 4, .rows = Rows::Gradient}}}) {
     pointset::PointSet set;
     const auto m = least_of_five([&] { set = pointset::fit(cloud, options); });
     const pointset::FitQuality q = pointset::fit_quality(set);

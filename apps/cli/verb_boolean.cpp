@@ -65,10 +65,15 @@ void BooleanVerb::join_points(pointset::Solid first, pointset::Solid second, Ses
     cloud = pointset::to_cloud(solid.set);
     session.timing("fit");
   }
-  if (io::format_of_path(session.output()) == "msurf")
+  cloud.attributes.erase(attribute::kRadius);  // or other verbs would take the points for particles
+  if (io::format_of_path(session.output()) == "msurf") {
     io::write_msurf(session.output(), solid, session.write_options());
-  else
+  } else {
+    if (report.edge_points > 0 && !blend)
+      session.warn("soft-edges", "read back as a surface these points have soft edges: write an .msurf to keep them sharp",
+                   session.output());
     io::write_cloud(session.output(), cloud, session.write_options());
+  }
   session.add_output_file(session.output(), cloud);
   session.timing("write");
   session.say(fmt::format("{}: {} points of the first, {} of the second, {} on the edge", session.output(),

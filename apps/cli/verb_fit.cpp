@@ -16,7 +16,7 @@ struct FitVerb {
   std::string input;
   std::size_t neighbours = pointset::FitOptions{}.neighbours;
   int grid = 3;
-  std::string rows = "offset";
+  std::string rows = "both";
   double smoothing = pointset::FitOptions{}.smoothing;
 
   void run(Session& session) const;
@@ -27,7 +27,8 @@ pointset::FitOptions FitVerb::options() const {
   pointset::FitOptions o;
   o.neighbours = neighbours;
   o.grid = grid;
-  o.rows = rows == "gradient" ? pointset::FitOptions::Rows::Gradient : pointset::FitOptions::Rows::Offset;
+  using Rows = pointset::FitOptions::Rows;
+  o.rows = rows == "gradient" ? Rows::Gradient : rows == "offset" ? Rows::Offset : Rows::Both;
   o.smoothing = smoothing;
   return o;
 }
@@ -96,8 +97,9 @@ void add_fit(CLI::App& app, Session& session) {
       ->check(CLI::Range(1, 1000));
   verb->add_option("--grid", state->grid, "control points along an axis of a local function; default 3")
       ->check(CLI::Range(3, pointset::kMostGrid));
-  verb->add_option("--rows", state->rows, "what is fitted beside the points: offset (points off the surface) or gradient")
-      ->check(CLI::IsMember({"offset", "gradient"}));
+  verb->add_option("--rows", state->rows,
+                   "what is fitted beside the points: offset (points off the surface), gradient, or both; default both")
+      ->check(CLI::IsMember({"offset", "gradient", "both"}));
   verb->add_option("--smoothing", state->smoothing, "weight of bending against the data; default 1e-5")
       ->check(CLI::NonNegativeNumber);
   session.add_output(*verb);

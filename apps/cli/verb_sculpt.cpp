@@ -13,7 +13,7 @@ namespace {
 struct SculptVerb {
   std::string cloud, script;
   std::string frames;
-  int neighbours = 20;
+  std::size_t neighbours = pointset::FitOptions{}.neighbours;
   bool no_resample = false;
 
   void run(Session& session) const;
@@ -47,7 +47,7 @@ void warn_about(const pointset::NormalReport& n, const std::string& path, Sessio
 void SculptVerb::run(Session& session) const {
   if (neighbours < 1) throw UsageError("--neighbours must be 1 or more");
   scene::SculptJobOptions options;
-  options.fit.neighbours = static_cast<std::size_t>(neighbours);
+  options.fit.neighbours = neighbours;
   options.resample = !no_resample;
   options.output = session.output();
   options.write = session.write_options();

@@ -75,7 +75,8 @@ TEST_F(PointSets, RenderUpsamples) {
 
 TEST_F(PointSets, PointsBlendsMeshesAndNests) {
   const std::string both = path("torus.msurf") + " " + path("sphere.msurf");
-  report_of("boolean union " + both + " -o " + path("r.ply"));
+  const auto told = report_of("boolean union " + both + " -o " + path("r.ply"))["warnings"];
+  EXPECT_EQ(told[0]["code"], "soft-edges");
   const points::Cloud cloud = io::read_cloud(path("r.ply"));
   EXPECT_EQ(cloud.attributes.values("N_b", 3).size(), 3 * cloud.size());
   EXPECT_EQ(cloud.attributes.integers("part").size(), cloud.size());
@@ -97,6 +98,24 @@ TEST_F(PointSets, PointsBlendsMeshesAndNests) {
                              " " MENISCUS_SOURCE_DIR "/examples/torus_and_sphere/sphere.json -o " + path("m.msurf"))
                 .code,
             2);
+}
+
+// The cloud of a Boolean is a surface to other verbs, though the samplings it came from have radii.
+TEST_F(PointSets, CloudsOfBooleansAreSurfaces) {
+  report_of("boolean union " + path("torus.msurf") + " " + path("sphere.msurf") + " -o " + path("r.ply"));
+  const auto mesh = report_of("mesh " + path("r.ply") + " --voxel 0.06 -o " + path("r.obj"))["mesh"];
+  EXPECT_EQ(mesh["components"], 1);
+  EXPECT_TRUE(mesh["closed"].get<bool>());
+}
+
+// Topology changes on the way from a fitted ring to a cloud of a ball; both ends are what was asked for.
+TEST_F(PointSets, MorphFromFitToFit) {
+  const auto r = report_of("morph " + path("torus.msurf") + " " + path("sphere.msurf") + " --frames 4 --voxel 0.06 -o " +
+                           path("m.####.ply"));
+  ASSERT_EQ(r["frames"].size(), 4u);
+  const double pi = 3.14159265358979, torus = 2 * pi * pi * 0.38 * 0.38, sphere = 4 * pi / 3 * 0.65 * 0.65 * 0.65;
+  EXPECT_NEAR(r["frames"][0]["volume"].get<double>(), torus, 0.03 * torus);
+  EXPECT_NEAR(r["frames"][3]["volume"].get<double>(), sphere, 0.03 * sphere);
 }
 
 TEST_F(PointSets, NothingLeftIsAnAnswer) {

@@ -1,5 +1,8 @@
 #include "support/program.h"
 
+#include <meniscus/io/geometry.h>
+#include <meniscus/io/msurf.h>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -69,6 +72,20 @@ TEST(Sculpt, WhatIsSculptedIsASurfaceToOtherVerbs) {
   EXPECT_EQ(mesh["closed"], true);
   EXPECT_GT(mesh["volume"], 4.18);
   EXPECT_LT(mesh["volume"], 4.6);
+}
+
+TEST(Sculpt, TakesAndGivesPointSetSurfaces) {
+  const Scratch s;
+  const std::string cloud = sphere_file(s), script = script_file(s, kPull);
+  ASSERT_EQ(meniscus_program("fit " + cloud + " -q -o " + (s / "sphere.msurf")).code, 0);
+  ASSERT_EQ(meniscus_program("sculpt " + cloud + " " + script + " -q -o " + (s / "a.ply")).code, 0);
+  ASSERT_EQ(meniscus_program("sculpt " + (s / "sphere.msurf") + " " + script + " -q -o " + (s / "b.msurf")).code, 0);
+  const std::vector<Vec3> a = io::read_cloud(s / "a.ply").positions;  // in single precision
+  const pointset::PointSet b = io::read_msurf(s / "b.msurf").set;
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LT((a[i] - b.position(i)).norm(), 1e-5);
+  const auto again = meniscus_program("sculpt " + (s / "b.msurf") + " " + script + " -q -o " + (s / "c.ply"));
+  EXPECT_EQ(again.code, 0) << again.err;
 }
 
 TEST(Sculpt, WritesTheMotion) {

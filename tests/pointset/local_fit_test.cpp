@@ -4,6 +4,7 @@
 
 #include "shapes.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -49,6 +50,66 @@ TEST(LocalFit, GradientRowsAndLargerGridsFitToo) {
     EXPECT_LE(mean_error(shape, 10'000, gradients), 1e-4) << shape.name;
     EXPECT_LE(mean_error(shape, 1500, five), 1e-3) << shape.name;
   }
+}
+
+/// A sphere with bumps a few spacings wide: n points with its true normals.
+points::Cloud bumpy_sphere(std::size_t n) {
+  constexpr double kBump = 0.03, kWave = 14;
+  shapes::Builder b;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 d = shapes::direction(i, n), wave = (kWave * d).array().sin();
+    const double radius = 1 + kBump * wave.prod();
+    // Of F = |x| / radius(x / |x|) − 1, up to a factor.
+    const Vec3 cosine = (kWave * d).array().cos();
+    Vec3 slope(cosine.x() * wave.y() * wave.z(), wave.x() * cosine.y() * wave.z(), wave.x() * wave.y() * cosine.z());
+    slope *= kBump * kWave;
+    b.add(radius * d, (d - (slope - slope.dot(d) * d) / radius).normalized());
+  }
+  return b.take();
+}
+
+/// Detail of eleven spacings a wave, between the points; no sheets appear off the surface where it is five.
+TEST(LocalFit, FollowsDetail) {
+  const points::Cloud probe = bumpy_sphere(20'011);
+  const auto normals = probe.attributes.values(attribute::kNormal, 3);
+  const PointSetField field(fit(bumpy_sphere(5000)));
+  const auto jets = field::evaluate(field, probe.positions, field::Order::Gradient);
+  double angle = 0;
+  for (std::size_t i = 0; i < probe.size(); ++i) {
+    const Vec3 n(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]), g = jets.gradient(i);
+    angle += std::atan2(g.cross(n).norm(), g.dot(n));
+  }
+  EXPECT_LT(angle / static_cast<double>(probe.size()), 0.5 * shapes::kPi / 180);
+
+  const PointSetField coarse(fit(bumpy_sphere(1500)));
+  for (std::size_t i = 0; i < coarse.set().size(); ++i)
+    for (const double h : {-0.6, 0.6}) {
+      const PointSet& set = coarse.set();
+      EXPECT_GT(h * field::value_at(coarse, set.position(i) + h * set.reach[i] * set.normal(i)), 0) << i;
+    }
+}
+
+/// Given normals tell the surface where places are noisy.
+TEST(LocalFit, NormalsOutweighNoise) {
+  const shapes::Shape& torus = shapes::all()[1];
+  points::Cloud cloud = torus.sample(10'000);
+  for (std::size_t i = 0; i < cloud.size(); ++i) cloud.positions[i] += 0.01 * shapes::gaussian(i);
+  const auto error = [&](FitOptions::Rows rows) {
+    const PointSet set = fit(cloud, {.rows = rows});
+    const PointSetField field(set);
+    const std::vector<Vec3> probe = torus.sample(500).positions;
+    double sum = 0;
+    for (std::size_t i = 0; i < 500; ++i) {
+      Vec3 p = probe[i];
+      for (int k = 0; k < 5; ++k) {
+        const auto jets = field::evaluate(field, std::vector<Vec3>{p}, field::Order::Gradient);
+        p -= jets.value(0) / jets.gradient(0).squaredNorm() * jets.gradient(0);
+      }
+      sum += std::abs(torus.distance(p)) / 500;
+    }
+    return sum;
+  };
+  EXPECT_LT(error(FitOptions::Rows::Both), 0.7 * error(FitOptions::Rows::Offset));
 }
 
 TEST(LocalFit, NearlyADistance) {

@@ -72,10 +72,10 @@ TEST(Crowded, PointsGoUntilNoneIsNear) {
   for (std::uint32_t i = 0; i < set.size(); ++i) {
     if (gone[i]) continue;
     ++left;
-    search.within(set.position(i), 0.5 * spacing, near);
+    search.within(set.position(i), 0.62 * spacing, near);
     for (const points::Neighbour& n : near) EXPECT_TRUE(n.index == i || gone[n.index]);
   }
-  EXPECT_GT(left, 500u);
+  EXPECT_GT(left, 400u);  // as many as discs of 0.62 spacings leave room for, packed at random
   EXPECT_TRUE(find_crowded(set, search, all(set), spacing / 6).empty());
 }
 

@@ -20,9 +20,14 @@ namespace {
 constexpr double kReach = 1.1;   // of a domain, over the distance to the farthest neighbour: that one keeps some weight
 constexpr double kOffset = 0.3;  // of off-surface points at most, over the same distance
 constexpr double kOffsetWeight = 0.1;  // of their rows: they tell the slope, the points themselves where the surface is
-constexpr double kGradient = 1;        // weight of gradient rows against value rows, in local coordinates
 constexpr double kRidge = 1e-9;        // keeps linear functions, which do not bend, from floating where no data speak
 constexpr std::size_t kBlock = 256;    // a multiple of the kernel's lanes
+
+/// Weight of gradient rows against value rows, in local coordinates: more withstands noise, less bends more freely.
+double gradient_weight(FitOptions::Rows rows) {
+  using Rows = FitOptions::Rows;
+  return rows == Rows::Offset ? 0 : rows == Rows::Both ? 0.1 : 1;
+}
 
 void check(const FitOptions& o) {
   if (o.neighbours < 1) throw InvalidInput("fit: at least one neighbour is needed");
@@ -158,14 +163,14 @@ void for_rows(const PointSet& set, std::span<const std::size_t> members, std::si
   };
   const auto around = [&](std::size_t j) {
     const Vec3 d = set.position(j) - p, n = set.normal(j);
-    const double t2 = d.squaredNorm() * unit * unit, theta = (1 - t2) * (1 - t2);
+    const double t2 = d.squaredNorm() * unit * unit, left = (1 - t2) * (1 - t2), theta = left * left;
     const Vec3 place = local(d), direction(n.dot(frame.u), n.dot(frame.v), n.dot(frame.w));
     visit(Target{place, theta, -place.z(), direction - Vec3::UnitZ()});
     if (rows == FitOptions::Rows::Gradient) return;
     const SafeOffsets offset = hoods.offsets[hoods.member(j)];
     for (const double h : {offset.outer * unit, -offset.inner * unit}) {
       const Vec3 q = place + h * direction;
-      visit(Target{q, kOffsetWeight * theta, h - q.z()});
+      visit(Target{q, kOffsetWeight * theta, h - q.z(), direction - Vec3::UnitZ()});
     }
   };
   around(i);
@@ -238,7 +243,7 @@ void from_monomials(double* c) {
 /// Grids of 3³: four points at a time.
 class SmallGrids {
  public:
-  explicit SmallGrids(const FitOptions& o) : rows_(o.rows), gradient_(o.rows == FitOptions::Rows::Gradient ? kGradient : 0) {
+  explicit SmallGrids(const FitOptions& o) : rows_(o.rows), gradient_(gradient_weight(o.rows)) {
     const Eigen::MatrixXd r = regular_matrix(gram_of_monomials(), o.smoothing);
     for (Eigen::Index i = 0; i < r.rows(); ++i)
       for (Eigen::Index j = 0; j <= i; ++j) regular_[static_cast<std::size_t>(i * (i + 1) / 2 + j)] = r(i, j);
@@ -320,8 +325,8 @@ class LargeGrids {
       rhs += weight * value * basis;
     };
     rank_one(0, 0, 0, t.weight, t.value);
-    if (rows_ != FitOptions::Rows::Gradient) return;
-    const double slope = 0.5 * (grid_ - 2), weight = kGradient * t.weight * slope * slope;  // d(span)/du
+    if (rows_ == FitOptions::Rows::Offset) return;
+    const double slope = 0.5 * (grid_ - 2), weight = gradient_weight(rows_) * t.weight * slope * slope;  // d(span)/du
     rank_one(1, 0, 0, weight, t.gradient.x() / slope);
     rank_one(0, 1, 0, weight, t.gradient.y() / slope);
     rank_one(0, 0, 1, weight, t.gradient.z() / slope);

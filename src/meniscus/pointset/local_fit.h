@@ -18,9 +18,10 @@ struct FitOptions {
   int grid = 3;  ///< control points along an axis of a local grid, 3 … kMostGrid; above 3 is far slower
   enum class Rows {
     Offset,    ///< value 0 at neighbours, ±d at two points off the surface on each normal [GHQ03]
-    Gradient,  ///< value 0 and gradient = normal at neighbours
+    Gradient,  ///< value 0 and gradient = normal at neighbours: closest to the normals, sheets may appear off the surface
+    Both,      ///< values and gradients at all of these points
   };
-  Rows rows = Rows::Offset;
+  Rows rows = Rows::Both;
   /// Weight of bending (integral of squared second derivatives) against the data, >= 0. Larger forgets noise and detail.
   double smoothing = 1e-5;
   /// Leaves out points whose neighbours are this many times farther than those of the points near them; 0 keeps all.

@@ -274,7 +274,7 @@ Interval PointSetField::range(const Box& box) const {
       if (near2 > reach * reach * (1 + kSlack)) continue;
       const double far2 = (p - box.min).cwiseAbs().cwiseMax((box.max - p).cwiseAbs()).squaredNorm();
       const double m = std::max(0.0, 1 - far2 / (reach * reach) - kSlack);
-      weights += m * m * m;
+      weights += m * m * m * m;
       border = border || set_.border(i) != Vec3::Zero();
       // The tangent plane over the part of the box in the domain, and the hull of what the spline adds to it.
       const double height = n.dot(c - p), swing = n.cwiseAbs().dot(half);

@@ -14,7 +14,7 @@ struct PointSetFieldOptions {
   bool interpolate = false;
 };
 
-/// The field of a point-set surface: s = Σ φ_i s_i / Σ φ_i over the domains that contain x, φ_i = (1 − |x − p_i|²/reach_i²)³
+/// The field of a point-set surface: s = Σ φ_i s_i / Σ φ_i over the domains that contain x, φ_i = (1 − |x − p_i|²/reach_i²)⁴
 /// [GHQ03; THEORY §6]. Twice differentiable there, ∇F and H exact; about the signed distance, negative inside.
 ///
 /// Where no domain is, F is the signed distance to the nearest point; its sign is that of the nearest points' normals, and

@@ -98,9 +98,10 @@ inline void to_world(const double (&axes)[3][3], Jet& s) {
 template <int Level>
 inline void weight(Four t, bool interpolate, Four& f, Four& f1, Four& f2) {
   const Four zero = Four{}, left = 1.0 - t, m = left > zero ? left : zero;
-  f = m * m * m;
-  f1 = -3.0 * m * m;
-  f2 = 6.0 * m;
+  const Four m2 = m * m;
+  f = m2 * m2;
+  f1 = -4.0 * m2 * m;
+  f2 = 12.0 * m2;
   if (!interpolate) return;
   // Times (t + ε)⁻²: all but infinite at the centre, yet smooth.
   const Four q = 1.0 / (t + 1e-8), q2 = q * q, a = f, a1 = f1;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 namespace meniscus::pointset {
@@ -12,12 +13,30 @@ namespace {
 
 constexpr std::size_t kBlock = 64;
 // In spacings.
-constexpr double kGap = 0.78;    // an even, hexagonal set has 0.58
+constexpr double kGap = 0.95;    // an even, hexagonal set has 0.58
 constexpr double kWidest = 1.6;  // wider ones are what a jagged border looks like
 constexpr double kApart = 0.7;
-constexpr double kCrowded = 0.5;
+constexpr double kCrowded = 0.62;
 constexpr double kLook = 3.5;
-constexpr std::size_t kMostNeighbours = 48;
+constexpr std::size_t kMostNeighbours = 96;  // two sheets' worth
+constexpr double kOpen = 2.8;  // radians between directions to the points about a gap, at most: a border shows π
+
+/// Whether points of point i's sheet stand all around `gap`, in its tangent plane, among those within twice `radius` of it.
+bool surrounded(const PointSet& set, std::uint32_t i, std::span<const points::Neighbour> near, const Vec2& gap,
+                double radius) {
+  const Frame frame = frame_about(set.normal(i));
+  std::vector<double> angles{std::atan2(-gap.y(), -gap.x())};
+  for (const points::Neighbour& n : near) {
+    if (n.index == i) continue;
+    const auto place = flattened(set, frame, i, n.index);
+    if (place && (*place - gap).norm() < 2 * radius)
+      angles.push_back(std::atan2(place->y() - gap.y(), place->x() - gap.x()));
+  }
+  std::sort(angles.begin(), angles.end());
+  double widest = angles.front() + 2 * std::numbers::pi - angles.back();
+  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
+  return widest < kOpen;
+}
 
 std::optional<Vec3> largest_gap(const PointSet& set, const points::NeighbourSearch& search, std::uint32_t i, double spacing,
                                 std::vector<points::Neighbour>& near) {
@@ -29,7 +48,7 @@ std::optional<Vec3> largest_gap(const PointSet& set, const points::NeighbourSear
                                         [](const Vec2& a, const Vec2& b) { return a.squaredNorm() < b.squaredNorm(); });
   // A cell that neighbours do not close keeps corners of the square, which is wider than the widest gap.
   const double radius = corner.norm() / spacing;
-  if (radius < kGap || radius > kWidest) return std::nullopt;
+  if (radius < kGap || radius > kWidest || !surrounded(set, i, near, corner, corner.norm())) return std::nullopt;
   const Frame frame = frame_about(set.normal(i));
   const Vec3 gap = set.position(i) + corner.x() * frame.u + corner.y() * frame.v;
   const Vec3 border = set.border(i);

@@ -20,6 +20,15 @@ void cut(std::vector<Vec2>& cell, const Vec2& other, std::vector<Vec2>& scratch)
 
 }  // namespace
 
+std::optional<Vec2> flattened(const PointSet& set, const Frame& frame, std::size_t i, std::size_t j) {
+  if (set.normal(j).dot(frame.w) < kSameSheet) return std::nullopt;
+  const Vec3 d = set.position(j) - set.position(i);
+  const Vec2 flat(d.dot(frame.u), d.dot(frame.v));
+  const double length = flat.norm();
+  if (!(length > 0.3 * d.norm())) return std::nullopt;
+  return flat * (d.norm() / length);
+}
+
 void tangent_cell(const PointSet& set, std::size_t i, std::span<const points::Neighbour> near, double look,
                   std::vector<Vec2>& cell) {
   const Frame frame = frame_about(set.normal(i));
@@ -29,11 +38,7 @@ void tangent_cell(const PointSet& set, std::size_t i, std::span<const points::Ne
     cell.emplace_back(look * x, look * y);
   for (const points::Neighbour& n : near) {
     if (n.index == i || n.squared_distance > look * look) continue;
-    if (set.normal(n.index).dot(frame.w) < kSameSheet) continue;
-    const Vec3 d = set.position(n.index) - set.position(i);
-    const Vec2 flat(d.dot(frame.u), d.dot(frame.v));
-    const double length = flat.norm();
-    if (length > 0.3 * d.norm()) cut(cell, flat * (d.norm() / length), scratch);
+    if (const auto place = flattened(set, frame, i, n.index)) cut(cell, *place, scratch);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <meniscus/base/error.h>
 #include <meniscus/io/frames.h>
+#include <meniscus/io/msurf.h>
 #include <meniscus/scene/point_surface.h>
 
 #include <algorithm>
@@ -59,7 +60,13 @@ SculptJobReport run_sculpt_job(const std::string& input, const SculptScript& scr
     if (on_stroke) on_stroke(done);
   }
   report.result = to_cloud(sculptor.set());
-  io::write_cloud(options.output, report.result, options.write);
+  if (io::format_of_path(options.output) == "msurf") {
+    pointset::Solid solid;
+    solid.set = sculptor.set();
+    io::write_msurf(options.output, solid, options.write);
+  } else {
+    io::write_cloud(options.output, report.result, options.write);
+  }
   run.progress(1);
   return report;
 }
