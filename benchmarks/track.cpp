@@ -1,10 +1,13 @@
 // Tracking a moving surface: time a frame and distortion of normal velocity with k rounds of fairing against blended, total
-// and isometric velocities without, and against meshing every frame anew, in one run.
-// Usage: bench_track [--json FILE] [--voxel H] [--steps N] [--scene TEXT] [--mode TEXT]: those whose names hold the text
+// and isometric velocities without, and against meshing every frame anew, in one run. Then scenes whose meshes must be
+// mended or whose points are born: a stick through a blob and a tap from which blobs fall. Usage: bench_track [--json FILE]
+// [--voxel H] [--steps N] [--scene TEXT] [--mode TEXT]: those whose names hold the text
 #include <meniscus/field/blobs.h>
 #include <meniscus/field/time_expression.h>
 #include <meniscus/motion/tracker.h>
+#include <meniscus/points/neighbours.h>
 #include <meniscus/polygonize/polygonize.h>
+#include <meniscus/scene/tracked_surface.h>
 
 #include <nlohmann/json.hpp>
 
@@ -96,6 +99,140 @@ nlohmann::json run(Scene& scene, const Mode& mode, const mesh::Mesh& first, int 
   return j;
 }
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double meshing_time(const scene::SurfaceSource& source, double voxel) {
+  std::vector<double> times;
+  for (const long frame : source.all_frames()) {
+    const scene::Surface surface = source.open(frame);
+    const auto start = std::clock();
+    polygonize::polygonize(*surface.field, {.voxel = voxel, .count_components = false});
+    times.push_back(milliseconds_since(start));
+  }
+  return median(times);
+}
+
+/// The paper's union: a mesh that is mended along the crease.
+nlohmann::json run_mended(const scene::SurfaceSource& source, const Mode& mode, double voxel) {
+  scene::TrackOptions options{.voxel = voxel};
+  options.tracker.velocity.kind = mode.velocity;
+  options.tracker.fairing = mode.fairing;
+  scene::TrackedSurface surface(source, options);
+  std::vector<double> step_times, frame_times;
+  double mean = 0, worst = 0, carried = 0, speed = 0;
+  std::size_t mended = 0, whole = 0;
+  const std::vector<long> frames = source.all_frames();
+  for (const long frame : frames) {
+    const auto start = std::clock();
+    const scene::TrackStep step = surface.go_to(frame);
+    if (frame == frames.front()) continue;
+    frame_times.push_back(milliseconds_since(start));
+    const double count = static_cast<double>(frames.size() - 1);
+    mean += step.step.area_log_mean / count;
+    worst = std::max(worst, step.step.area_log_max);
+    carried += static_cast<double>(step.change.carried) / static_cast<double>(surface.mesh().positions.size()) / count;
+    mended += step.change.reason.empty() ? 0 : 1;
+    whole += step.change.carried == 0 ? 1 : 0;
+    const auto v = surface.mesh().attributes.values("v", 3);
+    for (std::size_t i = 0; i < v.size(); i += 3) speed = std::max(speed, Vec3(v[i], v[i + 1], v[i + 2]).norm());
+  }
+  return {{"mode", mode.name},       {"milliseconds", median(frame_times)},
+          {"area_log_mean", mean},   {"area_log_max", worst},
+          {"frames", frames.size()}, {"mended", mended},
+          {"whole", whole},          {"carried", carried},
+          {"fastest", speed}};
+}
+
+/// Points from a tap: how well they cover the surface, and how many are born.
+nlohmann::json run_points(const scene::SurfaceSource& source, const Mode& mode, double voxel) {
+  scene::TrackOptions options{.points = true, .voxel = voxel};
+  options.tracker.velocity.kind = mode.velocity;
+  scene::TrackedSurface surface(source, options);
+  std::vector<double> times;
+  std::size_t born = 0, lost = 0, most = 0;
+  double worst_gap = 0, mean_gap = 0, off = 0;
+  const std::vector<long> frames = source.all_frames();
+  for (const long frame : frames) {
+    const auto start = std::clock();
+    const scene::TrackStep step = surface.go_to(frame);
+    if (frame != frames.front()) times.push_back(milliseconds_since(start));
+    born += step.born;
+    lost += step.step.lost;
+    most = std::max(most, surface.cloud().size());
+    off = std::max(off, step.step.max_distance);
+    // The largest gap: from the vertices of a finer mesh of the surface to the nearest point.
+    const scene::Surface now = source.open(frame);
+    const mesh::Mesh fine = polygonize::polygonize(*now.field, {.voxel = voxel / 2, .count_components = false}).mesh;
+    const points::NeighbourSearch search(surface.cloud().positions);
+    std::vector<points::Neighbour> found;
+    double gap = 0;
+    for (const Vec3& p : fine.positions) {
+      search.nearest(p, 1, found);
+      if (!found.empty()) gap = std::max(gap, std::sqrt(found[0].squared_distance) / voxel);
+    }
+    worst_gap = std::max(worst_gap, gap);
+    mean_gap += gap / static_cast<double>(frames.size());
+  }
+  return {{"mode", mode.name}, {"milliseconds", median(times)}, {"points", most},         {"born", born},
+          {"lost", lost},      {"mean_gap", mean_gap},          {"worst_gap", worst_gap}, {"max_distance", off}};
+}
+
+scene::SurfaceSource scene_file(const char* name) {
+  return scene::SurfaceSource({std::string(MENISCUS_SOURCE_DIR "/scenes/") + name}, {});
+}
+
+void stick(const std::string& only_mode, double voxel, nlohmann::json& all) {
+  const scene::SurfaceSource source = scene_file("stick_through_blob.json");
+  std::printf(
+      "\n| stick through a blob | processor ms a frame, mending included | mean distortion | worst | frames mended | "
+      "vertices "
+      "kept | fastest |\n|---|---|---|---|---|---|---|\n| meshed anew | %.2f | | | | 0 | |\n",
+      meshing_time(source, voxel));
+  const Mode modes[] = {{"normal", motion::Velocity::Normal, 0},
+                        {"normal + 50", motion::Velocity::Normal, 50},
+                        {"blended", motion::Velocity::Blended, 0},
+                        {"total", motion::Velocity::Total, 0},
+                        {"isometric", motion::Velocity::Isometric, 0}};
+  for (const Mode& mode : modes) {
+    if (mode.name.find(only_mode) == std::string::npos) continue;
+    nlohmann::json r = run_mended(source, mode, voxel);
+    r["scene"] = "stick through a blob";
+    std::printf("| %s | %.2f | %.3f | %.2f | %zu of %zu | %.1f %% | %.2f |\n", mode.name.c_str(),
+                r["milliseconds"].get<double>(), r["area_log_mean"].get<double>(), r["area_log_max"].get<double>(),
+                r["mended"].get<std::size_t>(), r["frames"].get<std::size_t>() - 1, 100 * r["carried"].get<double>(),
+                r["fastest"].get<double>());
+    std::fflush(stdout);
+    all.push_back(std::move(r));
+  }
+}
+
+void emitter(const std::string& only_mode, double voxel, nlohmann::json& all) {
+  const scene::SurfaceSource source = scene_file("falling_blobs.json");
+  std::printf(
+      "\n| falling blobs, as points | processor ms a frame | most points | born | lost | largest gap, spacings: mean | "
+      "worst | off "
+      "the surface |\n|---|---|---|---|---|---|---|---|\n| meshed anew | %.2f | | | | | | |\n",
+      meshing_time(source, voxel));
+  const Mode modes[] = {{"normal", motion::Velocity::Normal, 0},
+                        {"blended", motion::Velocity::Blended, 0},
+                        {"total", motion::Velocity::Total, 0},
+                        {"isometric", motion::Velocity::Isometric, 0}};
+  for (const Mode& mode : modes) {
+    if (mode.name.find(only_mode) == std::string::npos) continue;
+    nlohmann::json r = run_points(source, mode, voxel);
+    r["scene"] = "falling blobs";
+    std::printf("| %s | %.2f | %zu | %zu | %zu | %.2f | %.2f | %.1e |\n", mode.name.c_str(), r["milliseconds"].get<double>(),
+                r["points"].get<std::size_t>(), r["born"].get<std::size_t>(), r["lost"].get<std::size_t>(),
+                r["mean_gap"].get<double>(), r["worst_gap"].get<double>(), r["max_distance"].get<double>());
+    std::fflush(stdout);
+    all.push_back(std::move(r));
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -111,10 +248,11 @@ int main(int argc, char** argv) {
     if (std::string(argv[i]) == "--scene") only_scene = argv[i + 1];
     if (std::string(argv[i]) == "--mode") only_mode = argv[i + 1];
   }
-  const Mode modes[] = {{"normal", motion::Velocity::Normal, 0},       {"normal + 5", motion::Velocity::Normal, 5},
-                        {"normal + 10", motion::Velocity::Normal, 10}, {"normal + 20", motion::Velocity::Normal, 20},
-                        {"normal + 50", motion::Velocity::Normal, 50}, {"blended", motion::Velocity::Blended, 0},
-                        {"total", motion::Velocity::Total, 0},         {"isometric", motion::Velocity::Isometric, 0}};
+  const Mode modes[] = {{"normal", motion::Velocity::Normal, 0},         {"normal + 5", motion::Velocity::Normal, 5},
+                        {"normal + 10", motion::Velocity::Normal, 10},   {"normal + 20", motion::Velocity::Normal, 20},
+                        {"normal + 50", motion::Velocity::Normal, 50},   {"normal + 200", motion::Velocity::Normal, 200},
+                        {"normal + 500", motion::Velocity::Normal, 500}, {"blended", motion::Velocity::Blended, 0},
+                        {"total", motion::Velocity::Total, 0},           {"isometric", motion::Velocity::Isometric, 0}};
   nlohmann::json all = nlohmann::json::array();
   std::puts(
       "| scene | mode | processor ms a frame (median) | mean distortion | worst | flips | lost | drift "
@@ -142,6 +280,8 @@ int main(int argc, char** argv) {
       std::fflush(stdout);
     }
   }
+  if (std::string("stick through a blob").find(only_scene) != std::string::npos) stick(only_mode, voxel, all);
+  if (std::string("falling blobs").find(only_scene) != std::string::npos) emitter(only_mode, voxel, all);
   if (!json.empty()) std::ofstream(json) << all.dump(2) << '\n';
   return 0;
 }

@@ -1,4 +1,4 @@
-#include "cli.h"
+#include "frame_report.h"
 
 #include <meniscus/scene/track_job.h>
 
@@ -17,7 +17,8 @@ struct TrackVerb {
   std::string as = "mesh";
   std::string integrator = "heun";
   int fairing = 0;
-  int redistribute = scene::TrackJobOptions{}.redistribution;
+  int redistribute = scene::TrackOptions{}.redistribution;
+  std::string start, grids;
   std::optional<double> voxel, checker;
   bool resume = false;
 
@@ -35,7 +36,8 @@ const std::map<std::string, motion::Integrator> kIntegrators{
 scene::TrackJobOptions TrackVerb::options(const Session& session) const {
   if (voxel && !(std::isfinite(*voxel) && *voxel > 0)) throw UsageError("--voxel must be above zero");
   if (fairing > 0 && as == "points") throw UsageError("--fairing needs edges: it goes with --as mesh");
-  scene::TrackJobOptions o;
+  scene::TrackJobOptions job;
+  scene::TrackOptions& o = job.track;
   o.tracker.velocity.kind = kVelocities.at(velocity);
   o.tracker.integrator = kIntegrators.at(integrator);
   o.tracker.fairing = fairing;
@@ -43,14 +45,16 @@ scene::TrackJobOptions TrackVerb::options(const Session& session) const {
   o.redistribution = redistribute;
   o.voxel = voxel;
   o.checker = checker;
-  o.resume = resume;
-  o.output = session.output();
-  o.write = session.write_options();
-  return o;
+  if (!start.empty()) job.start = start;
+  job.output.meshes = session.output();
+  if (!grids.empty()) job.output.grids = grids;
+  job.output.velocity_grids = true;
+  job.output.resume = resume;
+  job.output.write = session.write_options();
+  return job;
 }
 
-nlohmann::json to_json(const scene::TrackJobFrame& f) {
-  if (f.finished_before) return {{"frame", f.frame}, {"kept", true}};
+nlohmann::json row(const scene::TrackJobFrame& f) {
   nlohmann::json j{{"frame", f.frame},
                    {"area_log_mean", f.step.area_log_mean},
                    {"area_log_max", f.step.area_log_max},
@@ -61,21 +65,18 @@ nlohmann::json to_json(const scene::TrackJobFrame& f) {
                    {"seconds_velocity", f.step.seconds_velocity},
                    {"seconds_fairing", f.step.seconds_fairing},
                    {"seconds", f.seconds}};
-  if (f.remeshed.empty() && f.born == 0) return j;
-  if (!f.remeshed.empty()) j["remeshed"] = f.remeshed;
-  j["kept"] = f.kept;
   if (f.born > 0) j["born"] = f.born;
-  for (const Box& region : f.regions) j["regions"].push_back(cli::to_json(region));
   return j;
 }
 
 /// What happened beside being carried, for people.
 std::string news(const scene::TrackJobFrame& f) {
-  if (f.remeshed.empty()) return f.born > 0 ? fmt::format(", {} born", grouped(f.born)) : "";
-  if (f.remeshed == "first") return "";
-  if (f.triangles == 0) return fmt::format(", {}: {} born", f.remeshed, grouped(f.born));
-  return fmt::format(", {}: meshed anew in {} {}, {} vertices kept", f.remeshed, f.regions.size(),
-                     f.regions.size() == 1 ? "place" : "places", grouped(f.kept));
+  const std::string& why = f.change->reason;
+  if (why.empty()) return f.born > 0 ? fmt::format(", {} born", grouped(f.born)) : "";
+  if (why == "first") return "";
+  if (f.triangles == 0) return fmt::format(", {}: {} born", why, grouped(f.born));
+  return fmt::format(", {}: meshed anew in {} {}, {} vertices kept", why, f.change->regions.size(),
+                     f.change->regions.size() == 1 ? "place" : "places", grouped(f.change->carried));
 }
 
 void TrackVerb::run(Session& session) const {
@@ -83,22 +84,18 @@ void TrackVerb::run(Session& session) const {
   const RunControl control = session.run();
   const scene::SurfaceSource source = input.open(session, control.part(0, 0.05));
   const auto frames = source.frames().empty() ? source.all_frames() : source.frames();
+  if (!start.empty()) session.add_input(start);
   if (frames.empty()) throw UsageError("a single surface has nothing to track: give a moving scene or a sequence");
   output_paths(session.output(), frames);
+  if (!grids.empty()) output_paths(grids, frames);
   session.report()["frames"] = nlohmann::json::array();
   session.timing("read");
   const auto heard = [&](const scene::TrackJobFrame& f) {
-    session.report()["frames"].push_back(to_json(f));
-    if (f.finished_before) {
-      session.report()["outputs"].push_back({{"path", f.path}, {"frame", f.frame}});
-      return;
-    }
-    nlohmann::json out{{"path", f.path}, {"frame", f.frame}, {"points", f.vertices}, {"bbox", cli::to_json(f.bounds)}};
-    if (!job.points) out["triangles"] = f.triangles;
-    session.report()["outputs"].push_back(std::move(out));
+    report_frame(session, f, row(f));
+    if (f.kept) return;
     if (f.vertices == 0) session.warn("empty", "the surface is empty at this voxel size", f.path);
     session.say(fmt::format("{}: {} vertices{}{}", f.path, grouped(f.vertices),
-                            job.points ? "" : fmt::format(", distortion {:.4f}", f.step.area_log_mean), news(f)));
+                            job.track.points ? "" : fmt::format(", distortion {:.4f}", f.step.area_log_mean), news(f)));
   };
   scene::run_track_job(source, job, heard, control.part(0.05, 1));
   session.timing("track");
@@ -128,6 +125,12 @@ void add_track(CLI::App& app, Session& session) {
                    "particles");
   verb->add_option("--checker", state->checker, "paint the first mesh with squares of this size, world units")
       ->check(CLI::PositiveNumber);
+  verb->add_option(
+          "--start", state->start,
+          "mesh (or points) of the first frame's surface to begin with: all its attributes, uv or any, are carried along")
+      ->check(CLI::ExistingFile);
+  verb->add_option("--vdb", state->grids,
+                   "also write the level set of every frame, with a grid \"velocity\" beside it: name.####.vdb");
   verb->add_flag("--resume", state->resume, "go on after the last frame that an earlier run of the same settings finished");
   session.add_output(*verb);
   session.add_common(*verb);

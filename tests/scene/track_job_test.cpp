@@ -20,13 +20,15 @@ struct Killed {};
 std::vector<TrackJobFrame> run(TrackJobOptions options, const std::string& to, bool resume, long killed_after = 0) {
   SourceOptions source;
   source.frames = io::parse_frames("6-16");
-  options.voxel = 0.2;
-  options.output = to;
-  options.resume = resume;
-  return run_track_job(SurfaceSource({MENISCUS_SOURCE_DIR "/scenes/two_blobs.json"}, source), options,
-                       [&](const TrackJobFrame& f) {
-                         if (f.frame == killed_after) throw Killed();
-                       });
+  options.track.voxel = 0.2;
+  options.output.meshes = to;
+  options.output.resume = resume;
+  std::vector<TrackJobFrame> report;
+  run_track_job(SurfaceSource({MENISCUS_SOURCE_DIR "/scenes/two_blobs.json"}, source), options, [&](const TrackJobFrame& f) {
+    report.push_back(f);
+    if (f.frame == killed_after) throw Killed();
+  });
+  return report;
 }
 
 std::set<std::string> names_in(const std::string& folder) {
@@ -37,12 +39,12 @@ std::set<std::string> names_in(const std::string& folder) {
 
 TEST(TrackJob, ResumesToTheSameBytes) {
   TrackJobOptions mesh;
-  mesh.tracker.velocity.kind = motion::Velocity::Isometric;
-  mesh.tracker.fairing = 2;
-  mesh.checker = 0.3;
+  mesh.track.tracker.velocity.kind = motion::Velocity::Isometric;
+  mesh.track.tracker.fairing = 2;
+  mesh.track.checker = 0.3;
   TrackJobOptions points;
-  points.points = true;
-  points.redistribution = 4;
+  points.track.points = true;
+  points.track.redistribution = 4;
   for (const TrackJobOptions& options : {mesh, points}) {
     for (const std::string extension : {"vtp", "usda"}) {
       const Scratch whole;
@@ -53,7 +55,7 @@ TEST(TrackJob, ResumesToTheSameBytes) {
         EXPECT_THROW(run(options, to, false, after), Killed);
         const auto report = run(options, to, true);
         ASSERT_EQ(report.size(), 11u);
-        for (const TrackJobFrame& f : report) EXPECT_EQ(f.finished_before, f.frame <= after) << f.frame;
+        for (const TrackJobFrame& f : report) EXPECT_EQ(f.kept, f.frame <= after) << f.frame;
         const auto names = names_in(whole / "");
         EXPECT_EQ(names_in(halved / ""), names);
         EXPECT_TRUE(names.contains(extension == "vtp" ? "t.pvd" : "t.usda"));
@@ -67,8 +69,8 @@ TEST(TrackJob, OtherSettingsAreNotResumed) {
   const Scratch out;
   TrackJobOptions options;
   EXPECT_THROW(run(options, out / "t.####.ply", false, 8), Killed);
-  options.tracker.velocity.kind = motion::Velocity::Total;
-  for (const TrackJobFrame& f : run(options, out / "t.####.ply", true)) EXPECT_FALSE(f.finished_before);
+  options.track.tracker.velocity.kind = motion::Velocity::Total;
+  for (const TrackJobFrame& f : run(options, out / "t.####.ply", true)) EXPECT_FALSE(f.kept);
 }
 
 TEST(TrackJob, RefusesAStateThatIsNone) {
@@ -81,7 +83,7 @@ TEST(TrackJob, RefusesAStateThatIsNone) {
 TEST(TrackJob, RefusesWhatHasNoMeaning) {
   const Scratch out;
   TrackJobOptions options;
-  options.checker = -1;
+  options.track.checker = -1;
   EXPECT_THROW(run(options, out / "t.####.ply", false), InvalidInput);
   EXPECT_THROW(run({}, out / "t.ply", false), InvalidInput);
 }

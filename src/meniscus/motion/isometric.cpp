@@ -3,6 +3,7 @@
 #include <meniscus/motion/rigid_parts.h>
 #include <meniscus/motion/strain_factor.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -13,6 +14,7 @@ constexpr double kGuide = 1e-5;      // what the preconditioner adds, relative t
 constexpr double kConverged = 1e-3;  // residual, of that which the rigid motions leave
 constexpr int kPatience = 12;        // iterations; more are needed: the factorisation is of another shape
 constexpr int kMost = 60;            // with a factorisation of this one
+constexpr double kSlideBound = 2;    // times what is left of the guide and of the normal speeds beside the rigid motions
 
 using Vector = Strain::Vector;
 
@@ -55,6 +57,16 @@ double mean_strain(const std::vector<Strain>& strains, const Vector& t) {
     total += e.weight;
   }
   return total > 0 ? std::sqrt(sum / total) : 0;
+}
+
+/// A few triangles that hang on to the rest by a corner can be flung about: no slide is much faster than what asks for it.
+double fastest_slide(const RigidParts& parts, const Velocities& v) {
+  double most = 0;
+  for (std::size_t i = 0; i < v.velocity.size(); ++i) {
+    if (v.singular[i] != 0) continue;
+    most = std::max({most, std::abs(parts.excess()[i]), (v.velocity[i] - parts.velocity()[i]).norm()});
+  }
+  return kSlideBound * most;
 }
 
 }  // namespace
@@ -148,6 +160,13 @@ double IsometricSolver::solve(std::span<const Vec3> positions, Velocities& v, co
       s.memory.tangential.push_back(frames.second[i].dot(slide[i]));
     }
     strain = mean_strain(list, t);
+    const double most = fastest_slide(parts, v);
+    for (std::size_t i = 0; i < s.vertices; ++i) {
+      const double speed = slide[i].norm();
+      if (!(speed > most)) continue;
+      slide[i] *= most / speed;
+      v.confidence[i] *= most / speed;
+    }
   }
   for (std::size_t i = 0; i < s.vertices; ++i) {
     if (!good) v.confidence[i] = 0;

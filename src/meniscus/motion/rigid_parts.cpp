@@ -12,10 +12,14 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Of singular values. A sphere with bumps of a thousandth of its radius counts as one that turns unseen.
-constexpr Regular kSeen{1e-3, 1e-2};
+/// Of singular values, for a part that moves as one body. A sphere with bumps of a thousandth counts as one that turns
+/// unseen.
+constexpr double kSeen = 1e-3;
+/// The same for a part that does not: what is left over, relative to speed, hides motions that show less than it, by this
+/// factor.
+constexpr double kHidden = 0.3;
+constexpr double kSure = 10;      // times more: trusted wholly
 constexpr double kRigid = 1e-12;  // of a part's speed: nothing but rounding
-constexpr int kPasses = 2;        // the second takes away the rounding of the first
 
 }  // namespace
 
@@ -25,7 +29,9 @@ RigidParts::RigidParts(std::span<const Vec3> positions, std::span<const Triangle
   divide(triangles, area);
   place();
   follow_guide();
-  for (int pass = 0; pass < kPasses; ++pass) follow_normal_speeds();
+  follow_normal_speeds();
+  weigh_excess();
+  follow_normal_speeds();
   compare();
 }
 
@@ -66,8 +72,10 @@ void RigidParts::follow_guide() {
   std::vector<TurningFit> fits(parts_.size());
   for (std::size_t i = 0; i < x_.size(); ++i)
     if (weight_[i] > 0) fits[part_[i]].add(offset(i), v_.velocity[i] - parts_[part_[i]].motion.u, weight_[i]);
-  for (std::size_t p = 0; p < parts_.size(); ++p)
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (parts_[p].weight > 0) parts_[p].motion.turning = fits[p].solve();
+    parts_[p].guide = parts_[p].motion;
+  }
 }
 
 void RigidParts::follow_normal_speeds() {
@@ -79,9 +87,25 @@ void RigidParts::follow_normal_speeds() {
   }
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (!(parts_[p].weight > 0)) continue;
-    parts_[p].answer = fits[p].solve(kSeen);
+    const double low = std::max(kSeen, kHidden * parts_[p].unexplained);
+    parts_[p].answer = fits[p].solve({low, kSure * low});
     parts_[p].motion.u += parts_[p].answer.change.u;
     parts_[p].motion.turning += parts_[p].answer.change.turning;
+  }
+}
+
+/// What no rigid motion explains. Where that is not rounding, directions that it hides are given back to the guide.
+void RigidParts::weigh_excess() {
+  std::vector<double> excess(parts_.size());
+  std::vector<double> speed(parts_.size());
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const Part& p = parts_[part_[i]];
+    excess[part_[i]] += weight_[i] * std::pow(v_.normal_speed[i] - v_.normal[i].dot(p.motion.at(offset(i))), 2);
+    speed[part_[i]] += weight_[i] * v_.velocity[i].squaredNorm();
+  }
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    parts_[p].unexplained = speed[p] > 0 ? std::sqrt(excess[p] / speed[p]) : 0;
+    if (kHidden * parts_[p].unexplained > kSeen) parts_[p].motion = parts_[p].guide;
   }
 }
 

@@ -32,13 +32,15 @@ class RigidParts {
     double weight = 0;
     Vec3 centre = Vec3::Zero();
     double radius = 0;
-    RigidMotion motion;
+    RigidMotion guide, motion;
+    double unexplained = 0;  // normal speed, relative to speed
     NormalSpeedFit::Answer answer;
   };
   void divide(std::span<const Triangle> triangles, std::span<const double> area);
   void place();
   void follow_guide();
   void follow_normal_speeds();
+  void weigh_excess();
   void compare();
   Vec3 offset(std::size_t i) const { return (x_[i] - parts_[part_[i]].centre) / parts_[part_[i]].radius; }
 

@@ -55,20 +55,18 @@ void StrainFactor::analyse(const std::vector<Triangle>& triangles, std::size_t v
 /// Its lower triangle, in the order of elimination. Entries of all four pairs of a block are there, zero or not.
 Sparse StrainFactor::State::matrix(const std::vector<Strain>& strains, double guide) const {
   const auto size = static_cast<Eigen::Index>(2 * place.size());
-  std::vector<double> share(place.size());
-  double total = 0;
-  for (const Strain& s : strains) {
-    total += s.weight;
-    for (const Eigen::Index i : s.corner) share[static_cast<std::size_t>(i)] += s.weight / 3;
-  }
+  std::vector<double> stiffness(place.size());
+  for (const Strain& s : strains)
+    for (std::size_t k = 0; k < 3; ++k)
+      stiffness[static_cast<std::size_t>(s.corner[k])] +=
+          s.weight * s.rows.middleCols<2>(2 * static_cast<Eigen::Index>(k)).squaredNorm() / 2;
   const auto unknown = [&](const Strain& s, Eigen::Index i) {
     return 2 * place[static_cast<std::size_t>(s.corner[static_cast<std::size_t>(i / 2)])] + i % 2;
   };
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(21 * strains.size() + 3 * place.size());
   for (std::size_t i = 0; i < place.size(); ++i) {
-    // The floor is for vertices without area.
-    const double weight = total > 0 ? guide * (share[i] / total + 1e-6 / static_cast<double>(place.size())) : 1;
+    const double weight = stiffness[i] > 0 ? guide * stiffness[i] : 1;  // 1: a vertex that nothing holds
     entries.emplace_back(2 * place[i], 2 * place[i], weight);
     entries.emplace_back(2 * place[i] + 1, 2 * place[i], 0);
     entries.emplace_back(2 * place[i] + 1, 2 * place[i] + 1, weight);

@@ -7,9 +7,9 @@
 
 namespace meniscus::motion {
 
-/// A sparse LDLᵀ factorisation of the energy Σ weight |rows t|² + `guide` Σ A_i |t_i|²/A, A_i a vertex's share of the whole
-/// area A, that solves fast and to single precision: a preconditioner. It is kept in 2×2 blocks, a vertex each, which is
-/// less than half the memory of a plain factorisation; solving is bound by that.
+/// A sparse LDLᵀ factorisation of the energy Σ weight |rows t|² + `guide` Σ k_i |t_i|², k_i a vertex's own stiffness in the
+/// first sum, that solves fast and to single precision: a preconditioner. `guide` holds still what strain leaves open. It is
+/// kept in 2×2 blocks, a vertex each, which is less than half the memory of a plain factorisation; solving is bound by that.
 class StrainFactor {
  public:
   StrainFactor();

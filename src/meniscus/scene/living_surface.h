@@ -1,13 +1,12 @@
 #pragma once
 
 #include <meniscus/band/band.h>
-#include <meniscus/io/geometry.h>
 #include <meniscus/mesh/mesh.h>
+#include <meniscus/scene/frame_sequence.h>
 
 #include <nlohmann/json.hpp>
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,46 +31,7 @@ class LivingSurface {
 /// The mesh of a band, made anew: closed, with N.
 mesh::Mesh mesh_of(const band::Band& band, const RunControl& run = {});
 
-/// Where frames go.
-struct SequenceOutput {
-  std::string meshes;                ///< mesh per frame: "skin.####.ply" (obj, vtp, usda, stl as well)
-  std::optional<std::string> grids;  ///< level set per frame: "skin.####.vdb"
-  bool velocity_grids = false;       ///< with it a grid "velocity" of the same active voxels, units per second
-  double fps = 24;                   ///< frames per second of the sequence
-  bool persistent = false;           ///< carry the mesh from frame to frame, see PersistentMesh
-  bool resume = false;               ///< go on after the last frame that an earlier run of the same settings finished
-  io::WriteOptions write;
-};
-
-/// What became of a mesh that is carried from frame to frame.
-struct MeshChange {
-  /// Why something was meshed anew: "first", "topology" (number of components or handles changed), "lost" (vertices lost
-  /// their sheet), "folded" (triangles turned over) or "stretched" (triangles too long, too thin or off the surface). Empty
-  /// when every vertex was carried.
-  std::string reason;
-  std::vector<Box> regions;  ///< where
-  std::size_t carried = 0;   ///< vertices that were carried, with their ids
-};
-
-/// As reports and manifests tell it: {remeshed, regions: [[low, high]], carried}.
-nlohmann::json to_json(const MeshChange& change);
-
-/// What was written of one frame.
-struct FrameRecord {
-  long frame = 0;
-  std::string path;
-  std::size_t vertices = 0, triangles = 0;
-  Box bounds = {};
-  double seconds = 0;
-  std::optional<MeshChange> change = {};  ///< of a persistent mesh
-  bool kept = false;                      ///< finished by an earlier run: nothing else is known
-};
-
-/// Lives through `frames` and writes each, whole or not at all, with a manifest and, for ParaView and USD formats, the
-/// collection that ties them. The manifest tells where and why a persistent mesh was meshed anew. `settings`: text that
-/// determines the frames; a run that was killed and resumed with the same leaves the same bytes as one that was not.
-/// `on_frame` hears of every frame once it is on disk. Throws InvalidInput for an output without a place for the frame
-/// number, IoError, ResourceLimit, Cancelled.
+/// Lives through `frames` and writes each: see make_frames(). The output must have a place for the frame number.
 void write_sequence(LivingSurface& surface, const std::vector<long>& frames, const SequenceOutput& output,
                     const std::string& settings, const std::function<void(const FrameRecord&)>& on_frame = {},
                     RunControl run = {});

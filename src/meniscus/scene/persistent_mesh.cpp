@@ -1,8 +1,8 @@
 #include <meniscus/field/grid_field.h>
-#include <meniscus/mesh/components.h>
 #include <meniscus/motion/tracker.h>
 #include <meniscus/polygonize/mend.h>
 #include <meniscus/polygonize/polygonize.h>
+#include <meniscus/scene/identity.h>
 #include <meniscus/scene/inherit.h>
 #include <meniscus/scene/persistent_mesh.h>
 
@@ -10,14 +10,12 @@
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <utility>
 
 namespace meniscus::scene {
 namespace {
 
-constexpr std::string_view kRest = "rest";
 constexpr int kFirstFairing = 10;      // rounds that even out new triangles
 constexpr double kLongestEdge = 3;     // voxels
 constexpr double kLeastHeight = 0.05;  // of a triangle, voxels
@@ -33,12 +31,6 @@ std::vector<double> flat(std::span<const Vec3> vectors) {
 
 Vec3 vector(std::span<const double> flat, std::size_t i) { return {flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]}; }
 
-/// Components and Euler number: what no motion changes. Of a closed manifold.
-std::pair<std::size_t, std::ptrdiff_t> topology_of(const mesh::Mesh& mesh) {
-  return {mesh::components(mesh).count,
-          static_cast<std::ptrdiff_t>(mesh.positions.size()) - static_cast<std::ptrdiff_t>(mesh.triangles.size() / 2)};
-}
-
 void set_normals(const field::Field& field, mesh::Mesh& mesh, const RunControl& run) {
   const field::JetBatch jets = field::evaluate(field, mesh.positions, field::Order::Gradient, run);
   std::vector<Vec3> normals(mesh.positions.size());
@@ -51,7 +43,7 @@ void set_normals(const field::Field& field, mesh::Mesh& mesh, const RunControl& 
 
 Attributes born_here(const std::vector<Vec3>& positions) {
   Attributes attributes;
-  attributes.set(kRest, 3, flat(positions));
+  set_rest(attributes, positions);
   return attributes;
 }
 
@@ -90,7 +82,7 @@ void PersistentMesh::start(const Shape& shape, const RunControl& run) {
   mesh_ = shape.fresh;
   motion::fair(shape.field, mesh_, kFirstFairing, run);
   mesh_.attributes = born_here(mesh_.positions);
-  number(0);
+  number(mesh_.attributes, 0, mesh_.positions.size(), next_id_);
 }
 
 /// Velocities are means over the step that led to a frame, so those of the new frame are what brings a vertex there; those
@@ -147,17 +139,7 @@ void PersistentMesh::mend(const Shape& shape, const std::vector<std::uint8_t>& b
   mended.mesh.attributes = mesh_.positions.empty() ? born_here(mended.mesh.positions)
                                                    : inherited(mesh_, mended.kept_vertices, mended.mesh.positions);
   mesh_ = std::move(mended.mesh);
-  number(change.carried);
-}
-
-/// Gives what follows the first `kept` vertices ids of their own.
-void PersistentMesh::number(std::size_t kept) {
-  const auto old = mesh_.attributes.integers(attribute::kId);
-  std::vector<std::int64_t> ids(old.begin(), old.end());
-  ids.resize(mesh_.positions.size());
-  std::iota(ids.begin() + static_cast<std::ptrdiff_t>(kept), ids.end(), next_id_);
-  next_id_ += static_cast<std::int64_t>(ids.size() - kept);
-  mesh_.attributes.set_integers(attribute::kId, 1, std::move(ids));
+  number(mesh_.attributes, change.carried, mesh_.positions.size(), next_id_);
 }
 
 void PersistentMesh::resume(TrackState state) {

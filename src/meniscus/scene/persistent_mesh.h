@@ -37,7 +37,6 @@ class PersistentMesh {
   std::vector<std::uint8_t> carry(const LivingSurface& surface, const Shape& shape, double duration, const RunControl& run);
   std::string fault(const Shape& shape, std::vector<std::uint8_t>& bad, const RunControl& run) const;
   void mend(const Shape& shape, const std::vector<std::uint8_t>& bad, MeshChange& change, const RunControl& run);
-  void number(std::size_t kept);
 
   int fairing_;
   mesh::Mesh mesh_;
