@@ -61,12 +61,15 @@ Rate kernel(const band::Band& band) {
   std::fill(std::begin(speed.samples), std::end(speed.samples), 1.0f);
   std::vector<float> out(band.values().size());
   const bench::Measure m = bench::measure([&] {
-    for (int s = 0; s < kSteps; ++s)
+    for (int s = 0; s < kSteps; ++s) {
+      const band::NearRows near(band, band.background(), {});
       parallel_for(band.brick_count(), 16, {}, [&](std::size_t b) {
+        const band::Rows rows = near.of(b);
         band::Halo halo;
-        band::gather_halo(band, band.values().data(), b, band.background(), -band.background(), halo);
-        band::kernels().step(halo, speed, nullptr, c, out.data() + b * 512);
+        band::gather_halo(band, band.values().data(), b, band.background(), -band.background(), halo, rows);
+        band::kernels().step(halo, speed, nullptr, c, rows, out.data() + b * 512);
       });
+    }
   });
   const double voxels = kSteps * static_cast<double>(band.active_nodes());
   return {voxels / m.cpu_seconds, 0.5 * voxels / m.cpu_seconds};

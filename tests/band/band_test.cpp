@@ -134,8 +134,8 @@ TEST(Kernels, StepAgreesWithTheFormulas) {
   for (std::size_t b = 0; b < band.brick_count(); ++b) {
     Halo halo{};
     gather_halo(band, band.values().data(), b, band.background(), -band.background(), halo);
-    kernels().step(halo, speed, nullptr, c, out.data());
-    baseline_kernels().step(halo, speed, nullptr, c, baseline.data());
+    kernels().step(halo, speed, nullptr, c, kAllRows, out.data());
+    baseline_kernels().step(halo, speed, nullptr, c, kAllRows, baseline.data());
     EXPECT_EQ(std::memcmp(out.data(), baseline.data(), out.size() * sizeof(float)), 0);
     for (int n = 0; n < 512; ++n) {
       const float* p = halo + halo_at(n >> 6, n >> 3 & 7, n & 7);

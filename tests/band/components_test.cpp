@@ -26,6 +26,20 @@ TEST(Components, AreToldApartAndMeasured) {
   }
 }
 
+TEST(Components, AreToldApartWithinABrick) {
+  Band band = ball(1, {0.8, 3.5, 3.5}, 1.9);
+  band.unite(ball(1, {6.6, 3.5, 3.5}, 2.3));
+  const Labels labels = label_components(band);
+  const auto parts = measure_components(band, labels);
+  ASSERT_EQ(parts.size(), 2u);
+  const std::int32_t brick = band.find({0, 0, 0});
+  ASSERT_GE(brick, 0);
+  EXPECT_EQ(labels.begin[static_cast<std::size_t>(brick) + 1] - labels.begin[static_cast<std::size_t>(brick)], 2u);
+  EXPECT_NEAR(test::radius_of(parts[0].volume), 1.9 - 1 / (6 * 1.9), 0.03);
+  EXPECT_NEAR(test::radius_of(parts[1].volume), 2.3 - 1 / (6 * 2.3), 0.03);
+  EXPECT_NEAR(parts[0].area, 4 * std::numbers::pi * 1.9 * 1.9, 0.12 * parts[0].area);
+}
+
 /// Labels of the first nodes of a single brick.
 Labels labels_of(const std::vector<std::int32_t>& node, std::size_t count) {
   Labels out{{}, {0, 0}, count};

@@ -50,21 +50,23 @@ TEST(Crossings, SpeedsAreCarriedAlongTheNormals) {
   std::vector<double> speed(c.size());
   const auto truth = [](const Vec3& x) { return 1 + (x - kCenter).normalized().x(); };
   for (std::size_t i = 0; i < speed.size(); ++i) speed[i] = truth(c.x.view()[i]);
-  std::vector<float> near, once(band.values().size());
+  NodeSpeeds near, once;
+  once.values.resize(band.values().size());
+  once.any.assign(band.brick_count(), 1);
   near_speeds(band, c, speed, near);
-  const auto pass = [&](const std::vector<float>& from, std::size_t b) {
+  const auto pass = [&](const NodeSpeeds& from, std::size_t b) {
     Halo phi, v;
     gather_star(band, band.values().data(), b, band.background(), -band.background(), phi);
     extend_speeds(band, from, b, phi, v);
     return v;
   };
-  for (std::size_t b = 0; b < band.brick_count(); ++b) kernels().centre(pass(near, b), once.data() + b * 512);
+  for (std::size_t b = 0; b < band.brick_count(); ++b) kernels().centre(pass(near, b), once.values.data() + b * 512);
   double worst = 0, sum = 0;
   std::size_t beside = 0, counted = 0;
   for (std::size_t b = 0; b < band.brick_count(); ++b) {
     const Halo v = pass(once, b);
     for (int n = 0; n < 512; ++n) {
-      beside += !std::isnan(near[b * 512 + static_cast<std::size_t>(n)]);
+      beside += near.any[b] != 0 && !std::isnan(near.values[b * 512 + static_cast<std::size_t>(n)]);
       const float f = band.values()[b * 512 + static_cast<std::size_t>(n)];
       if (std::abs(f) >= 2.5f) continue;
       const float got = v[halo_at(n >> 6, n >> 3 & 7, n & 7)];

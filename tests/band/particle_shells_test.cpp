@@ -28,6 +28,22 @@ TEST(ParticleShells, FreedomEndsWhereSpheresTouchACoveredParticle) {
   EXPECT_NEAR(freedom_of_particles(near, std::vector<double>{-1.0, 1.0})[1], 0.5, 1e-12);
 }
 
+TEST(ParticleShells, CoversWhatIsWithinASphere) {
+  const ParticleSurface p = row({0, 1, 2.5, 30});
+  constexpr std::size_t kPoints = 400;
+  field::PositionBatch x(kPoints);
+  for (std::size_t i = 0; i < kPoints; ++i)
+    x.set(i, {-8 + 0.12 * static_cast<double>(i), 0.01 * static_cast<double>(i), 0.3});
+  for (const double scale : {0.5, 1.0, 4.0, 9.0}) {
+    const std::vector<char> covered = p.covers(x.view(), scale);
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      bool any = false;
+      for (const Vec3& c : p.positions()) any = any || (x.view()[i] - c).norm() <= scale;
+      EXPECT_EQ(covered[i] != 0, any);
+    }
+  }
+}
+
 TEST(ParticleShells, DepthIsSignedAlsoWhereThereAreNoSamples) {
   const Band ball = test::ball(0.25, Vec3::Zero(), 5);
   const std::vector<double> depth = depth_of_particles(ball, row({0, 4.8, 5.4, 40}));

@@ -47,6 +47,22 @@ TEST(Redistancing, FindsDistancesFromWhatIsNearTheSurface) {
   EXPECT_LT(worst_error(band, 16, 3.9), 0.1);
 }
 
+TEST(Redistancing, DistancesFollowWhatIsNextToTheSurface) {
+  // Nodes next to the surface have moved on by 0.3 voxel, the others have not.
+  Band band = ball(1, Vec3::Zero(), 16);
+  std::vector<float> moved(band.values().begin(), band.values().end()), room;
+  for (float& f : moved)
+    if (std::abs(f) < 1.5f) f -= 0.3f;
+  band.swap_values(moved);
+  spread_distances(band, 2.5f, room, {});
+  EXPECT_LT(worst_error(band, 16.3, 1), 0.05);
+  spread_distances(band, 2.5f, room, {});  // what was beyond a brick's border is one pass late
+  EXPECT_LT(worst_error(band, 16.3, 2), 0.05);
+  EXPECT_GT(worst_error(band, 16.3, 3.6), 0.2);  // beyond its reach nothing has changed
+  for (int pass = 0; pass < 4; ++pass) spread_distances(band, band.background(), room, {});
+  EXPECT_LT(worst_error(band, 16.3, 3.6), 0.06);
+}
+
 TEST(Redistancing, StopsWhenToldTo) {
   Band band = ball(1, Vec3::Zero(), 10);
   std::vector<float> twice(band.values().begin(), band.values().end());

@@ -293,13 +293,15 @@ namespace {
 
 /// Where the bricks around a brick lie; beyond them rows are constant.
 struct Sources {
-  Sources(const Band& band, const float* data, std::size_t brick, float outside, float inside) {
+  Sources(const Band& band, const float* data, std::size_t brick, float outside, float inside,
+          const char* present = nullptr) {
     std::fill(blank[0], blank[0] + 8, outside);
     std::fill(blank[1], blank[1] + 8, inside);
     const Band::Neighbours& nb = band.neighbours(brick);
     for (std::size_t d = 0; d < 27; ++d)
-      source[d] = nb[d] >= 0 ? RowSource{data + static_cast<std::size_t>(nb[d]) * Band::kBrickNodes, 8}
-                             : RowSource{blank[nb[d] == Band::kInside], 0};
+      source[d] = nb[d] >= 0 && (present == nullptr || present[nb[d]] != 0)
+                      ? RowSource{data + static_cast<std::size_t>(nb[d]) * Band::kBrickNodes, 8}
+                      : RowSource{blank[nb[d] == Band::kInside], 0};
   }
   Sources(const Sources&) = delete;
   Sources& operator=(const Sources&) = delete;
@@ -310,12 +312,54 @@ struct Sources {
 
 }  // namespace
 
-void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo) {
-  kernels().gather(Sources(band, data, brick, outside, inside).source, halo);
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
+                 Rows rows) {
+  kernels().gather(Sources(band, data, brick, outside, inside).source, rows, halo);
 }
 
-void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo) {
-  kernels().gather_star(Sources(band, data, brick, outside, inside).source, halo);
+void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo, Rows rows,
+                 const char* present) {
+  kernels().gather_star(Sources(band, data, brick, outside, inside, present).source, rows, halo);
+}
+
+namespace {
+
+/// A bit per byte that is not zero.
+unsigned bytes_of(std::uint64_t m) {
+  m |= m >> 4;
+  m |= m >> 2;
+  m |= m >> 1;
+  return static_cast<unsigned>((m & 0x0101010101010101) * 0x0102040810204080 >> 56);
+}
+
+}  // namespace
+
+NearRows::NearRows(const Band& band, float limit, const RunControl& run) : band_(band), near_(band.brick_count()) {
+  parallel_for(near_.size(), 64, run,
+               [&](std::size_t b) { kernels().nearer(band.values().data() + b * Band::kBrickNodes, limit, near_[b]); });
+}
+
+Rows NearRows::of(std::size_t brick) const {
+  constexpr NodeBits kNone{};
+  const auto beside = [&](int dx, int dy, int dz) -> const NodeBits& {
+    const std::int32_t n = band_.neighbours(brick)[Band::direction(dx, dy, dz)];
+    return n < 0 ? kNone : near_[static_cast<std::size_t>(n)];
+  };
+  const NodeBits &own = near_[brick], &left = beside(0, -1, 0), &right = beside(0, 1, 0), &behind = beside(0, 0, -1),
+                 &ahead = beside(0, 0, 1);
+  unsigned held[10];  // rows that hold such a node, in the planes from -1 to 8
+  held[0] = bytes_of(beside(-1, 0, 0)[7]);
+  for (std::size_t i = 0; i < 8; ++i) held[i + 1] = bytes_of(own[i]);
+  held[9] = bytes_of(beside(1, 0, 0)[0]);
+  Rows rows = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const std::uint64_t ends = (behind[i] & 0x8080808080808080) | (ahead[i] & 0x0101010101010101);
+    unsigned r = held[i + 1] | held[i + 1] << 1 | held[i + 1] >> 1 | held[i] | held[i + 2] | bytes_of(ends);
+    if (left[i] >> 56 != 0) r |= 0x01;
+    if ((right[i] & 0xFF) != 0) r |= 0x80;
+    rows |= static_cast<Rows>(r & 0xFF) << (8 * i);
+  }
+  return rows;
 }
 
 std::vector<char> surface_bricks(const Band& band, const RunControl& run) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <meniscus/band/kernels.h>
 #include <meniscus/base/run_control.h>
 #include <meniscus/field/field.h>
 #include <meniscus/field/grid.h>
@@ -12,7 +13,6 @@
 namespace meniscus::band {
 
 using field::Coord;
-struct Halo;  // kernels.h
 
 /// Room for numbers along a band's nodes, kept from use to use so that memory is not asked for anew. Copies are empty.
 struct Spare {
@@ -104,11 +104,26 @@ class Band {
 Vec3 surface_normal(const Band& band, const Vec3& x);
 
 /// Copies the samples of a brick and two more on every side into `halo` from an array that runs along the band's bricks;
-/// beyond bricks the value is `outside` or `inside`.
-void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo);
+/// beyond bricks the value is `outside` or `inside`. Only what stencils of `rows` read need be there, and the brick itself.
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
+                 Rows rows = kAllRows);
 
-/// The same without what lies across the brick's edges and corners: enough for stencils along the axes.
-void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo);
+/// The same without what lies across the brick's edges and corners: enough for stencils along the axes. Bricks whose
+/// `present` is 0 count as not there (null: all are).
+void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
+                 Rows rows = kAllRows, const char* present = nullptr);
+
+/// Tells where near the surface work is to be done: the rows that hold, or border on, a node nearer to it than `limit`.
+class NearRows {
+ public:
+  /// `band` must outlive this; the answer is that of its samples now.
+  NearRows(const Band& band, float limit, const RunControl& run);
+  Rows of(std::size_t brick) const;
+
+ private:
+  const Band& band_;
+  std::vector<NodeBits> near_;
+};
 
 /// Per brick whether both sides of the surface are found in it and its neighbours.
 std::vector<char> surface_bricks(const Band& band, const RunControl& run);

@@ -49,6 +49,16 @@ struct CrossedEdges {
     return n;
   }
 
+  /// A bit for each axis along which any of them leads into the next brick.
+  std::uint8_t leaves() const {
+    std::uint64_t rows = 0, columns = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      rows |= axis[1][i] >> 56;
+      columns |= axis[2][i] & 0x8080808080808080;
+    }
+    return static_cast<std::uint8_t>((axis[0][7] != 0 ? 1 : 0) | (rows != 0 ? 2 : 0) | (columns != 0 ? 4 : 0));
+  }
+
   /// Calls work(i, j, k, axis) for each, by eighths of the brick.
   template <class Work>
   void for_each(const Work& work) const {
@@ -82,51 +92,47 @@ std::uint32_t next_node(const Band& band, std::size_t brick, Coord node, int axi
 }
 
 /// Nodes next to the surface get the mean of their crossings, the others NaN. A node's crossings are in its own brick and in
-/// the three before it.
-void mean_at_nodes(const Band& band, const Crossings& crossings, std::span<const double> speed, std::size_t brick,
+/// the three before it. Returns whether there were any.
+bool mean_at_nodes(const Band& band, const Crossings& crossings, std::span<const double> speed, std::size_t brick,
                    float* out) {
-  float sum[Band::kBrickNodes];
-  std::uint8_t count[Band::kBrickNodes];
+  float sum[Band::kBrickNodes], count[Band::kBrickNodes];
   bool any = false;
-  const auto add = [&](std::int32_t from) {
+  const auto add = [&](std::int32_t from, unsigned through) {
     if (from < 0) return;
     const auto b = static_cast<std::size_t>(from);
+    if (b != brick && (crossings.leaves[b] & through) == 0) return;
     const std::size_t begin = crossings.brick_begin[b], end = crossings.brick_begin[b + 1];
     if (begin == end) return;
     if (!any) {
       std::fill(sum, sum + Band::kBrickNodes, 0.0f);
-      std::fill(count, count + Band::kBrickNodes, std::uint8_t{0});
+      std::fill(count, count + Band::kBrickNodes, 0.0f);
       any = true;
     }
     for (std::size_t c = begin; c < end; ++c)
       for (const std::uint32_t node : {crossings.inside[c], crossings.outside[c]})
         if (node / Band::kBrickNodes == brick) {
           sum[node % Band::kBrickNodes] += static_cast<float>(speed[c]);
-          ++count[node % Band::kBrickNodes];
+          count[node % Band::kBrickNodes] += 1;
         }
   };
   const Band::Neighbours& nb = band.neighbours(brick);
-  add(nb[Band::direction(-1, 0, 0)]);
-  add(nb[Band::direction(0, -1, 0)]);
-  add(nb[Band::direction(0, 0, -1)]);
-  add(static_cast<std::int32_t>(brick));
-  if (!any)
-    std::fill(out, out + Band::kBrickNodes, kNone);
-  else
-    for (std::size_t n = 0; n < Band::kBrickNodes; ++n)
-      out[n] = count[n] > 0 ? sum[n] / static_cast<float>(count[n]) : kNone;
+  add(nb[Band::direction(-1, 0, 0)], 1);
+  add(nb[Band::direction(0, -1, 0)], 2);
+  add(nb[Band::direction(0, 0, -1)], 4);
+  add(static_cast<std::int32_t>(brick), 0);
+  for (std::size_t n = 0; any && n < Band::kBrickNodes; ++n) out[n] = sum[n] / count[n];  // 0/0: not a number
+  return any;
 }
 
 }  // namespace
 
 Crossings find_crossings(const Band& band, const RunControl& run) {
   Crossings out;
-  find_crossings(band, out, run);
+  find_crossings(band, true, out, run);
   return out;
 }
 
-void find_crossings(const Band& band, Crossings& out, const RunControl& run) {
-  const float b = band.background();
+void find_crossings(const Band& band, bool normals, Crossings& out, const RunControl& run) {
   const std::vector<NodeBits> inside = inside_bits(band, run);
   out.brick_begin.assign(band.brick_count() + 1, 0);
   parallel_for(band.brick_count(), 64, run,
@@ -134,46 +140,56 @@ void find_crossings(const Band& band, Crossings& out, const RunControl& run) {
   for (std::size_t i = 0; i < band.brick_count(); ++i) out.brick_begin[i + 1] += out.brick_begin[i];
   const std::size_t total = out.brick_begin.back();
   for (auto* axis : {&out.x.x, &out.x.y, &out.x.z}) axis->resize(total);
-  out.normal.resize(total);
+  out.normal.resize(normals ? total : 0);
   out.inside.resize(total);
+  out.leaves.assign(band.brick_count(), 0);
   out.outside.resize(total);
 
+  const float b = band.background(), *values = band.values().data();
   parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
     std::size_t at = out.brick_begin[brick];
     if (at == out.brick_begin[brick + 1]) return;
     Halo halo;
-    gather_halo(band, band.values().data(), brick, b, -b, halo);
-    CrossedEdges(band, inside, brick).for_each([&](int i, int j, int k, int axis) {
+    if (normals) gather_halo(band, values, brick, b, -b, halo);
+    const Vec3 first = band.position(brick, 0, 0, 0);
+    const CrossedEdges crossed(band, inside, brick);
+    out.leaves[brick] = crossed.leaves();
+    crossed.for_each([&](int i, int j, int k, int axis) {
       const auto own =
           static_cast<std::uint32_t>(brick * Band::kBrickNodes) + static_cast<std::uint32_t>((i * 8 + j) * 8 + k);
       const std::uint32_t other = next_node(band, brick, {i, j, k}, axis);
-      const float* p = halo + halo_at(i, j, k);
-      const double here = static_cast<double>(*p), there = static_cast<double>(p[kStrides[axis]]);
+      const double here = static_cast<double>(values[own]), there = static_cast<double>(values[other]);
       const double t = here / (here - there);
-      Vec3 x = band.position(brick, i, j, k);
-      x[axis] += t * band.voxel();
-      const Vec3 g = (1 - t) * gradient(p) + t * gradient(p + kStrides[axis]);
-      const double length = g.norm();
-      out.x.set(at, x);
-      out.normal[at] = length > 0 ? Vec3(g / length) : Vec3(Vec3::Zero());
+      double place[3] = {static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+      place[axis] += t;
+      out.x.x[at] = first.x() + band.voxel() * place[0];
+      out.x.y[at] = first.y() + band.voxel() * place[1];
+      out.x.z[at] = first.z() + band.voxel() * place[2];
       out.inside[at] = here < 0 ? own : other;
       out.outside[at] = here < 0 ? other : own;
+      if (normals) {
+        const float* p = halo + halo_at(i, j, k);
+        const Vec3 g = (1 - t) * gradient(p) + t * gradient(p + kStrides[axis]);
+        const double length = g.norm();
+        out.normal[at] = length > 0 ? Vec3(g / length) : Vec3(Vec3::Zero());
+      }
       ++at;
     });
   });
 }
 
-void near_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed, std::vector<float>& out,
+void near_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed, NodeSpeeds& out,
                  const RunControl& run) {
-  out.resize(band.values().size());
+  out.values.resize(band.values().size());
+  out.any.resize(band.brick_count());
   parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-    mean_at_nodes(band, crossings, speed, brick, out.data() + brick * Band::kBrickNodes);
+    out.any[brick] = mean_at_nodes(band, crossings, speed, brick, out.values.data() + brick * Band::kBrickNodes);
   });
 }
 
-void extend_speeds(const Band& band, const std::vector<float>& speeds, std::size_t brick, const Halo& phi, Halo& out) {
-  gather_star(band, speeds.data(), brick, kNone, kNone, out);
-  kernels().extend(phi, out, band.background());
+void extend_speeds(const Band& band, const NodeSpeeds& speeds, std::size_t brick, const Halo& phi, Halo& out, Rows rows) {
+  gather_star(band, speeds.values.data(), brick, kNone, kNone, out, rows, speeds.any.data());
+  kernels().extend(phi, out, band.background(), rows);
 }
 
 }  // namespace meniscus::band

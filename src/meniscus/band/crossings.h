@@ -11,25 +11,30 @@ namespace meniscus::band {
 /// Ordered by brick and, within it, by eighths of the brick, so that runs of crossings are compact in space.
 struct Crossings {
   field::PositionBatch x;                ///< linear interpolation along the edge
-  std::vector<Vec3> normal;              ///< outward, unit length (zero where ∇φ vanishes)
+  std::vector<Vec3> normal;              ///< outward, unit length (zero where ∇φ vanishes); empty when not asked for
   std::vector<std::uint32_t> inside;     ///< the edge's node inside the surface: brick * 512 + number
   std::vector<std::uint32_t> outside;    ///< the node outside
+  std::vector<std::uint8_t> leaves;      ///< per brick a bit for each axis along which crossings reach into the next brick
   std::vector<std::size_t> brick_begin;  ///< crossings of brick b: [brick_begin[b], brick_begin[b + 1])
 
   std::size_t size() const { return inside.size(); }
 };
 
 Crossings find_crossings(const Band& band, const RunControl& run = {});
-/// The same into arrays that are there already.
-void find_crossings(const Band& band, Crossings& out, const RunControl& run);
+/// The same into arrays that are there already, with or without normals.
+void find_crossings(const Band& band, bool normals, Crossings& out, const RunControl& run);
 
-/// Speeds at the nodes next to the surface, into `out` (resized): the mean over the node's crossings. NaN elsewhere.
-void near_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed, std::vector<float>& out,
+/// Speeds at the nodes next to the surface.
+struct NodeSpeeds : Spare {  // values, 512 per brick: the mean over the node's crossings, NaN where it has none
+  std::vector<char> any;     ///< per brick; where there is none its values are not to be read
+};
+void near_speeds(const Band& band, const Crossings& crossings, std::span<const double> speed, NodeSpeeds& out,
                  const RunControl& run = {});
 
-/// Speeds in and around a brick (`phi`: its samples), those of nodes away from the surface carried outwards along ∇φ, so
-/// that level sets move together and distances stay distances. NaN where nothing has arrived: twice over all bricks serves
-/// every node within 2.5 voxels and most beyond.
-void extend_speeds(const Band& band, const std::vector<float>& speeds, std::size_t brick, const Halo& phi, Halo& out);
+/// Speeds in and around some rows of a brick (`phi`: its samples), those of nodes away from the surface carried outwards
+/// along ∇φ, so that level sets move together. NaN where nothing has arrived: twice over all bricks serves every node within
+/// 2.5 voxels and most beyond.
+void extend_speeds(const Band& band, const NodeSpeeds& speeds, std::size_t brick, const Halo& phi, Halo& out,
+                   Rows rows = kAllRows);
 
 }  // namespace meniscus::band

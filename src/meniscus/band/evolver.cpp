@@ -12,27 +12,24 @@ namespace meniscus::band {
 namespace {
 
 // Transport by extended speeds leaves distances distances, all but the errors of its scheme; tension does not.
-constexpr double kTransportShare = 0.375;
-constexpr int kRenewalPasses = 3;  // between steps samples are nearly distances already
+constexpr double kTransportShare = 0.1;
+constexpr float kKeptReach = 2.5f;   // voxels within which samples are distances after every step: what stencils read
+constexpr double kAdaptAfter = 0.9;  // voxels of travel after which bricks wake and drop
 
-/// Calls work(brick, its halo) for all bricks; `gather` is gather_halo or gather_star.
-template <class Gather, class Work>
-void for_halos(const Band& band, const Gather& gather, const RunControl& run, const Work& work) {
-  const float b = band.background();
-  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-    Halo halo;
-    gather(band, band.values().data(), brick, b, -b, halo);
-    work(brick, halo);
-  });
-}
-
-/// One stage of tension.
-void stage(const Band& band, const float* previous, const StepCoefficients& c, std::vector<float>& out,
+/// One stage of tension over the rows in `near`.
+void stage(const Band& band, const NearRows& near, const float* previous, const StepCoefficients& c, std::vector<float>& out,
            const RunControl& run) {
   out.resize(band.values().size());
-  for_halos(band, gather_halo, run, [&](std::size_t brick, const Halo& halo) {
+  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
     const std::size_t n = brick * Band::kBrickNodes;
-    kernels().step(halo, nullptr, previous ? previous + n : nullptr, c, out.data() + n);
+    const Rows rows = near.of(brick);
+    if (rows == 0) {
+      std::copy_n(band.values().data() + n, Band::kBrickNodes, out.data() + n);
+      return;
+    }
+    Halo halo;
+    gather_halo(band, band.values().data(), brick, band.background(), -band.background(), halo, rows);
+    kernels().step(halo, nullptr, previous ? previous + n : nullptr, c, rows, out.data() + n);
   });
 }
 
@@ -120,22 +117,25 @@ std::vector<double> Evolver::speeds(const Crossings& crossings, double time, dou
   return speed;
 }
 
-/// Moves the surface by `c.c` times its speeds, with tension where `c` has it.
+/// Moves the surface by `c.c` times its speeds, with tension where `c` has it. Nodes next to the surface and those that they
+/// may hand it on to are carried; the distances of all others are to follow.
 void Evolver::transport(const Crossings& crossings, std::span<const double> speed, const StepCoefficients& c,
                         const RunControl& run) {
-  near_speeds(band_, crossings, speed, speed_.values, run);
-  // Two passes carry speeds to the rim; the second one goes straight on to the step.
-  before_.values.resize(band_.values().size());
+  near_speeds(band_, crossings, speed, speed_, run);
+  const NearRows near(band_, static_cast<float>(band_.voxel()), run);
+  const float background = band_.background();
   next_.values.resize(band_.values().size());
-  for_halos(band_, gather_star, run, [&](std::size_t brick, const Halo& phi) {
-    Halo v;
-    extend_speeds(band_, speed_.values, brick, phi, v);
-    kernels().centre(v, before_.values.data() + brick * Band::kBrickNodes);
-  });
-  for_halos(band_, gather_halo, run, [&](std::size_t brick, const Halo& phi) {
-    Halo v;
-    extend_speeds(band_, before_.values, brick, phi, v);
-    kernels().step(phi, v, nullptr, c, next_.values.data() + brick * Band::kBrickNodes);
+  parallel_for(band_.brick_count(), 16, run, [&](std::size_t brick) {
+    const std::size_t n = brick * Band::kBrickNodes;
+    const Rows rows = near.of(brick);
+    if (rows == 0) {
+      std::copy_n(band_.values().data() + n, Band::kBrickNodes, next_.values.data() + n);
+      return;
+    }
+    Halo phi, v;
+    gather_halo(band_, band_.values().data(), brick, background, -background, phi, rows);
+    extend_speeds(band_, speed_, brick, phi, v, rows);
+    kernels().step(phi, v, nullptr, c, rows, next_.values.data() + n);
   });
   band_.swap_values(next_.values);
 }
@@ -150,20 +150,25 @@ int Evolver::move(const Crossings& crossings, std::span<const double> speed, dou
     if (stages == 1) c.tension = static_cast<float>(options_.tension);
     transport(crossings, speed, c, run);
   }
-  if (stages > 1 || !moves) relax(stages, dt, run);
+  if (stages > 1 || !moves) {
+    if (moves) spread_distances(band_, band_.background(), next_.values, run);
+    relax(stages, dt, run);
+  }
   return stages;
 }
 
 void Evolver::relax(int stages, double dt, const RunControl& run) {
   StepCoefficients c = coefficients(band_);
   c.tension = static_cast<float>(options_.tension);
+  // Tension fades out over the voxel before the last: rows beyond are left alone.
+  const NearRows near(band_, band_.background() - c.voxel, run);
   const double share = 2.0 / (stages * stages + stages);
   // Legendre's recurrence: Y_j = (2j-1)/j Y_{j-1} + (1-j)/j Y_{j-2} + (2j-1)/j share dt rate(Y_{j-1}). Where nothing
   // moves it must return the clamped value to the last bit, or the band would grow: hence the form of the kernel.
   for (int j = 1; j <= stages; ++j) {
     c.b = static_cast<float>((1.0 - j) / j);
     c.c = static_cast<float>((2.0 * j - 1) / j * share * dt);
-    stage(band_, j > 1 ? before_.values.data() : nullptr, c, next_.values, run);
+    stage(band_, near, j > 1 ? before_.values.data() : nullptr, c, next_.values, run);
     band_.swap_values(next_.values);  // band: Y_j, next: Y_{j-1}
     before_.values.swap(next_.values);
   }
@@ -181,11 +186,24 @@ void Evolver::renew(const RunControl& run) {
   settle_topology(run);
 }
 
-void Evolver::renew_if_due(const RunControl& run, AdvanceReport& report) {
-  if (travelled_ < options_.redistance_after) return;
-  redistance(band_, kRenewalPasses, next_.values, run);
-  travelled_ = 0;
-  ++report.redistancings;
+/// Makes samples distances after a step and wakes and drops bricks: near the surface always, else when it is time or
+/// `last`.
+void Evolver::follow(bool last, AdvanceReport& report, const RunControl& run) {
+  tracked_ = false;
+  const bool due = travelled_ >= options_.redistance_after;
+  if (due) {
+    rescale_distances(band_, next_.values, run);
+    travelled_ = 0;
+    ++report.redistancings;
+    // One pass more: tension has changed nodes further off, too, and a pass hands on from brick to brick what was there.
+    spread_distances(band_, band_.background(), next_.values, run);
+  }
+  const bool all = due || last || way_ >= kAdaptAfter;
+  spread_distances(band_, all ? band_.background() : kKeptReach * static_cast<float>(band_.voxel()), next_.values, run);
+  if (all) {
+    settle_topology(run);
+    way_ = 0;
+  }
 }
 
 AdvanceReport Evolver::advance(double time, double duration, double max_step, const RunControl& run) {
@@ -200,12 +218,14 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
     double left = duration;
     double planned = std::min(limit, left);
     Crossings crossings;
+    const bool normals =
+        std::any_of(strategies_.begin(), strategies_.end(), [](const auto& s) { return s->needs_normals(); });
     while (left > 0 && !band_.empty()) {
       run.check();
       if (report.steps == options_.max_steps)
         throw Error("the surface moves too fast: more than " + std::to_string(options_.max_steps) + " steps for one frame");
       planned = std::min({planned, limit, left});
-      find_crossings(band_, crossings, run);
+      find_crossings(band_, normals, crossings, run);
       if (crossings.size() == 0) {  // the last piece has vanished
         band_.keep_surface(run);
         settle_topology(run);
@@ -221,9 +241,9 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
       report.max_speed = std::max(report.max_speed, fastest);
       report.max_courant = std::max(report.max_courant, fastest * dt / h);
       ++report.steps;
-      settle_topology(run);
-      renew_if_due(run, report);
+      way_ += fastest * dt / h + 0.5 * options_.tension * dt / (h * h);
       left = dt == left ? 0 : left - dt;
+      follow(left == 0, report, run);
       planned = 2 * dt;
     }
   } catch (...) {
@@ -234,6 +254,7 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
 }
 
 void Evolver::settle_volumes(const RunControl& run) {
+  AdvanceReport report;
   for (int round = 0; round < 6; ++round) {
     track(run);
     bool done = true;
@@ -249,10 +270,11 @@ void Evolver::settle_volumes(const RunControl& run) {
     }
     if (done) return;
     travelled_ += largest(shift) / band_.voxel();
+    way_ += largest(shift) / band_.voxel();
     StepCoefficients c = coefficients(band_);
     c.c = 1;
     transport(crossings, shift, c, run);
-    settle_topology(run);
+    follow(false, report, run);
   }
 }
 

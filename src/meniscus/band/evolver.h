@@ -2,6 +2,7 @@
 
 #include <meniscus/band/band.h>
 #include <meniscus/band/components.h>
+#include <meniscus/band/kernels.h>
 #include <meniscus/band/strategy.h>
 #include <meniscus/base/function_ref.h>
 
@@ -9,8 +10,6 @@
 #include <vector>
 
 namespace meniscus::band {
-
-struct StepCoefficients;  // kernels.h
 
 struct EvolverOptions {
   double tension = 0;              ///< β >= 0, units²/s: a sphere shrinks by dR/dt = -2β/R
@@ -30,8 +29,10 @@ struct AdvanceReport {
 
 /// A surface with a life of its own [DC98]: a band moved by the sum of its strategies and by tension.
 ///
-/// Transport is explicit (second-order upwind); tension is split off and taken in super-steps (Runge-Kutta-Legendre), whose
-/// number grows with the square root of β dt / voxel², so strong tension stays affordable.
+/// Only nodes next to the surface are carried; the distances of the others follow from theirs after every step, those that
+/// no stencil reads now and then and when advance() ends. Transport is explicit (second-order upwind); tension is split off
+/// and taken in super-steps (Runge-Kutta-Legendre), whose number grows with the square root of β dt / voxel², so strong
+/// tension stays affordable.
 class Evolver {
  public:
   Evolver(Band band, EvolverOptions options);
@@ -73,7 +74,7 @@ class Evolver {
                  const RunControl& run);
   void relax(int stages, double dt, const RunControl& run);
   void settle_topology(const RunControl& run);
-  void renew_if_due(const RunControl& run, AdvanceReport& report);
+  void follow(bool last, AdvanceReport& report, const RunControl& run);
   std::vector<std::int32_t> labels_of(const Crossings& crossings) const;
   bool tracks_components() const;
   void track(const RunControl& run);
@@ -83,9 +84,11 @@ class Evolver {
   std::vector<std::shared_ptr<Strategy>> strategies_;
   Labels labels_;
   std::vector<Component> components_;
-  bool tracked_ = false;         // labels and components belong to the present samples
-  double travelled_ = 0;         // voxels since the last redistancing
-  Spare speed_, next_, before_;  // room for passes over the bricks
+  bool tracked_ = false;  // labels and components belong to the present samples
+  double travelled_ = 0;  // voxels since the last redistancing
+  double way_ = 0;        // voxels since bricks last woke
+  Spare next_, before_;   // room for passes over the bricks
+  NodeSpeeds speed_;
 };
 
 }  // namespace meniscus::band

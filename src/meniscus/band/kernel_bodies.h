@@ -12,6 +12,7 @@ using meniscus::band::halo_at;
 using meniscus::band::kHaloX;
 using meniscus::band::kHaloY;
 using meniscus::band::ParticleLanes;
+using meniscus::band::Rows;
 using meniscus::band::StepCoefficients;
 
 /// Squared Godunov difference along one axis for a front of direction `side` (+1 outwards), in values per node.
@@ -49,44 +50,7 @@ MENISCUS_KERNEL_INLINE Float8 curvature_rate(const float* p) {
   return min8(max8(bent / (square + tiny), -limit), limit);
 }
 
-/// Rows of a brick in which work is to be done: bit 8 i + j.
-typedef std::uint64_t Rows;
-
 MENISCUS_KERNEL_INLINE bool any_nearer(const float* row, Float8 limit) { return bits8(abs8(load8(row)) < limit) != 0; }
-
-/// Rows that hold an active node or border on one.
-Rows active_rows(const float* halo, float background) {
-  const Float8 limit = set8(background);
-  const auto line = [&](int i) {  // rows of a plane and those beside it, one bit each
-    unsigned bits = 0;
-    for (int j = -1; j < 9; ++j) bits |= static_cast<unsigned>(any_nearer(halo + halo_at(i, j, 0), limit)) << (j + 1);
-    return bits;
-  };
-  const auto plane = [&](int i) {  // rows beside the brick
-    unsigned bits = 0;
-    for (int j = 0; j < 8; ++j) bits |= static_cast<unsigned>(any_nearer(halo + halo_at(i, j, 0), limit)) << (j + 1);
-    return bits;
-  };
-  const auto ends = [&](int i) {  // nodes behind and ahead of the rows
-    unsigned bits = 0;
-    for (int j = 0; j < 8; ++j) {
-      const float* p = halo + halo_at(i, j, 0);
-      bits |= static_cast<unsigned>((p[-1] < background && p[-1] > -background) || (p[8] < background && p[8] > -background))
-              << (j + 1);
-    }
-    return bits;
-  };
-  unsigned own[10];
-  own[0] = plane(-1);
-  for (int i = 0; i < 8; ++i) own[i + 1] = line(i);
-  own[9] = plane(8);
-  Rows rows = 0;
-  for (int i = 0; i < 8; ++i) {
-    const unsigned o = own[i + 1], wide = o | o << 1 | o >> 1 | own[i] | own[i + 2] | ends(i);
-    rows |= static_cast<Rows>(wide >> 1 & 0xFFu) << (8 * i);
-  }
-  return rows;
-}
 
 /// Calls work(row) for every row of the set, those that come nearest to the surface first.
 template <class Work>
@@ -106,41 +70,63 @@ MENISCUS_KERNEL_INLINE void for_rows_outwards(const float* halo, Rows rows, floa
   }
 }
 
+/// Rows that a halo must hold, a bit 2 + j for each in the numbers 2 + i: those that stencils of `rows` read. kCorners:
+/// stencils that reach a node across edges too.
+template <bool kCorners>
+struct NeededRows {
+  unsigned bits[12] = {};
+
+  explicit NeededRows(Rows rows) {
+    for (unsigned& b : bits) b = rows == meniscus::band::kAllRows ? 0xFFFu : 0;
+    for (int i = 0; i < 8; ++i) {
+      const unsigned own = static_cast<unsigned>(rows >> (8 * i) & 0xFFu) << 2, wide = own | own << 1 | own >> 1;
+      bits[i + 2] |= wide | own << 2 | own >> 2;
+      for (const int near : {i + 1, i + 3}) bits[near] |= kCorners ? wide : own;
+      for (const int far : {i, i + 4}) bits[far] |= own;
+    }
+  }
+};
+
 /// The rows of one column of bricks along k that a halo holds; kRims: with what borders on their ends.
 template <bool kRims>
-MENISCUS_KERNEL_INLINE void gather_column(const meniscus::band::RowSource* source, int dx, int dy, float* halo) {
+MENISCUS_KERNEL_INLINE void gather_column(const meniscus::band::RowSource* source, int dx, int dy, const unsigned* needed,
+                                          float* halo) {
   const meniscus::band::RowSource* column = source + (dx + 1) * 9 + (dy + 1) * 3;
   const meniscus::band::RowSource behind = column[0], own = column[1], ahead = column[2];
   const int i_begin = dx < 0 ? -2 : dx > 0 ? 8 : 0, i_end = dx < 0 ? 0 : dx > 0 ? 10 : 8;
-  const int j_begin = dy < 0 ? -2 : dy > 0 ? 8 : 0, j_end = dy < 0 ? 0 : dy > 0 ? 10 : 8;
-  for (int i = i_begin; i < i_end; ++i) {
-    const auto row = static_cast<std::size_t>((i & 7) * 8 + (j_begin & 7));
-    const float *p = behind.first + row * behind.stride + 6, *q = own.first + row * own.stride,
-                *r = ahead.first + row * ahead.stride;
-    float* to = halo + halo_at(i, j_begin, 0);
-    for (int j = j_begin; j < j_end; ++j) {
-      if (kRims) std::memcpy(to - 2, p, 2 * sizeof(float));
-      store8(to, load8(q));
-      if (kRims) std::memcpy(to + 8, r, 2 * sizeof(float));
-      p += behind.stride;
-      q += own.stride;
-      r += ahead.stride;
-      to += kHaloY;
+  const unsigned part = dy < 0 ? 0x003u : dy > 0 ? 0xC00u : 0x3FCu;
+  for (int i = i_begin; i < i_end; ++i)
+    for (unsigned left = needed[i + 2] & part; left != 0; left &= left - 1) {
+      const int j = __builtin_ctz(left) - 2;
+      const auto row = static_cast<std::size_t>((i & 7) * 8 + (j & 7));
+      float* to = halo + halo_at(i, j, 0);
+      if (kRims) std::memcpy(to - 2, behind.first + row * behind.stride + 6, 2 * sizeof(float));
+      store8(to, load8(own.first + row * own.stride));
+      if (kRims) std::memcpy(to + 8, ahead.first + row * ahead.stride, 2 * sizeof(float));
     }
-  }
 }
 
-void gather_body(const meniscus::band::RowSource* source, float* halo) {
+/// The brick itself, all of it.
+MENISCUS_KERNEL_INLINE void gather_own(const meniscus::band::RowSource& own, float* halo) {
+  for (std::size_t row = 0; row < 64; ++row)
+    store8(halo + halo_at(static_cast<int>(row >> 3), static_cast<int>(row & 7), 0), load8(own.first + row * own.stride));
+}
+
+void gather_body(const meniscus::band::RowSource* source, Rows rows, float* halo) {
+  const NeededRows<true> needed(rows);
+  gather_own(source[13], halo);
   for (int dx = -1; dx <= 1; ++dx)
-    for (int dy = -1; dy <= 1; ++dy) gather_column<true>(source, dx, dy, halo);
+    for (int dy = -1; dy <= 1; ++dy) gather_column<true>(source, dx, dy, needed.bits, halo);
 }
 
-void gather_star_body(const meniscus::band::RowSource* source, float* halo) {
-  gather_column<true>(source, 0, 0, halo);
-  gather_column<false>(source, -1, 0, halo);
-  gather_column<false>(source, 1, 0, halo);
-  gather_column<false>(source, 0, -1, halo);
-  gather_column<false>(source, 0, 1, halo);
+void gather_star_body(const meniscus::band::RowSource* source, Rows rows, float* halo) {
+  const NeededRows<false> needed(rows);
+  gather_own(source[13], halo);
+  gather_column<true>(source, 0, 0, needed.bits, halo);
+  gather_column<false>(source, -1, 0, needed.bits, halo);
+  gather_column<false>(source, 1, 0, needed.bits, halo);
+  gather_column<false>(source, 0, -1, needed.bits, halo);
+  gather_column<false>(source, 0, 1, needed.bits, halo);
 }
 
 void centre_body(const float* halo, float* out) {
@@ -165,13 +151,13 @@ void nearer_body(const float* samples, float limit, meniscus::band::NodeBits& bi
       samples, bits, [limit](Float8 v) __attribute__((always_inline)) { return abs8(v) < set8(limit); });
 }
 
-void step_body(const float* halo, const float* speed, const float* previous, const StepCoefficients& s, float* out) {
+void step_body(const float* halo, const float* speed, const float* previous, const StepCoefficients& s, Rows rows,
+               float* out) {
   const Float8 zero = set8(0), one = set8(1), background = set8(s.background), inverse = set8(1 / s.voxel);
-  const Rows moving = active_rows(halo, s.background);
   for (int row = 0; row < 64; ++row) {
     const float* p = halo + halo_at(row >> 3, row & 7, 0);
     const Float8 o = load8(p);
-    if ((moving >> row & 1) == 0) {
+    if ((rows >> row & 1) == 0) {
       store8(out + 8 * row, o);
       continue;
     }
@@ -213,10 +199,9 @@ MENISCUS_KERNEL_INLINE Arrived upwind_speed(Float8 here, Float8 phi_m, Float8 ph
   return {v == v ? w * v : zero, v == v ? w : zero};
 }
 
-void extend_body(const float* phi_halo, float* speed_halo, float background) {
+void extend_body(const float* phi_halo, float* speed_halo, float background, Rows rows) {
   const Float8 zero = set8(0), one = set8(1);
   constexpr int kAlongRow = 2;  // steps along the row per visit
-  const Rows rows = active_rows(phi_halo, background);
   for_rows_outwards(
       phi_halo, rows, background, [&](int row) __attribute__((always_inline)) {
         const float* f = phi_halo + halo_at(row >> 3, row & 7, 0);
@@ -255,7 +240,7 @@ MENISCUS_KERNEL_INLINE void order(Upwind& l, Upwind& r) {
   l = {swap ? r.a : x.a, swap ? r.w : x.w};
   r = {swap ? x.a : r.a, swap ? x.w : r.w};
 }
-/// The distance, in voxels, that agrees with one, two or three axes.
+/// The distance, in voxels, that agrees with as many axes as lie nearer than it.
 MENISCUS_KERNEL_INLINE Float8 solve_eikonal(Upwind x, Upwind y, Upwind z) {
   const Float8 zero = set8(0), one = set8(1);
   order(x, y);
@@ -263,20 +248,16 @@ MENISCUS_KERNEL_INLINE Float8 solve_eikonal(Upwind x, Upwind y, Upwind z) {
   order(x, y);
   // Values from here on are relative to the nearest axis: no cancellation.
   const Float8 b = y.a - x.a, c = z.a - x.a;
-  const Float8 u1 = x.w > one ? set8(2.0f / 3.0f) : one;
-  const Float8 w2 = x.w + y.w, s2 = y.w * b;
-  const Float8 u2 = (s2 + sqrt8(max8(s2 * s2 - w2 * (s2 * b - one), zero))) / w2;
-  const Float8 w3 = w2 + z.w, s3 = s2 + z.w * c;
-  const Float8 u3 = (s3 + sqrt8(max8(s3 * s3 - w3 * (s2 * b + z.w * c * c - one), zero))) / w3;
-  Float8 u = u1 > b ? u2 : u1;
-  u = ((u1 > b) & (u2 > c)) ? u3 : u;
-  return x.a + u;
+  const Int8 two = x.w * b * b < one;
+  const Int8 three = two & (x.w * c * c + y.w * (c - b) * (c - b) < one);
+  const Float8 wy = two ? y.w : zero, wz = three ? z.w : zero;
+  const Float8 w = x.w + wy + wz, s = wy * b + wz * c, q = wy * b * b + wz * c * c - one;
+  return x.a + (s + sqrt8(max8(s * s - w * q, zero))) / w;
 }
 
-float eikonal_body(float* halo, float voxel, float background) {
+float eikonal_body(float* halo, float voxel, float background, Rows rows) {
   const Float8 zero = set8(0), inverse = set8(1 / voxel);
   Float8 change = zero;
-  const Rows rows = active_rows(halo, background);
   for_rows_outwards(
       halo, rows, background, [&](int row) __attribute__((always_inline)) {
         float* p = halo + halo_at(row >> 3, row & 7, 0);

@@ -29,6 +29,10 @@ struct RowSource {
 /// A bit per node of a brick: plane i, bit 8 j + k.
 using NodeBits = std::array<std::uint64_t, 8>;
 
+/// A bit per row of a brick: 8 i + j. What a kernel is told to work on; other rows stay as they are.
+using Rows = std::uint64_t;
+inline constexpr Rows kAllRows = ~Rows{0};
+
 /// One explicit stage: out = φ + b (previous - φ) + c rate(φ), clamped to ±background, with
 /// rate = -V |∇φ| (second-order upwind, Godunov) + tension κ |∇φ| (central differences). THEORY (5.1), (5.2).
 struct StepCoefficients {
@@ -57,25 +61,26 @@ struct ParticleLanes {
 
 /// The innermost loops, one set per processor family; all sets give the same bits.
 struct Kernels {
-  /// Copies a brick (source[13]) and its 26 neighbours' rims, numbered as Band::direction(), into a halo.
-  void (*gather)(const RowSource* source, float* halo);
-  /// The same without what lies across edges and corners: enough for stencils along the axes.
-  void (*gather_star)(const RowSource* source, float* halo);
+  /// Copies a brick (source[13]) and of its 26 neighbours' rims, numbered as Band::direction(), what the stencils of some
+  /// rows read into a halo.
+  void (*gather)(const RowSource* source, Rows rows, float* halo);
+  /// The same for stencils along the axes.
+  void (*gather_star)(const RowSource* source, Rows rows, float* halo);
   /// Copies the brick out of its halo.
   void (*centre)(const float* halo, float* out);
   /// The nodes whose sample is below zero.
   void (*inside)(const float* samples, NodeBits& bits);
   /// The nodes whose sample is nearer to zero than `limit`.
   void (*nearer)(const float* samples, float limit, NodeBits& bits);
-  /// `speed` is a halo (NaN: none), `previous` holds 512 numbers; null means none (no transport; b must be 0). Rows that are
-  /// clamped and border on clamped rows only stay as they are.
-  void (*step)(const float* halo, const float* speed, const float* previous, const StepCoefficients& c, float* out);
-  /// Carries speeds outwards along ∇φ through a brick, the rows nearest to the surface first: nodes next to the surface
+  /// `speed` is a halo (NaN: none), `previous` holds 512 numbers; null means none (no transport; b must be 0).
+  void (*step)(const float* halo, const float* speed, const float* previous, const StepCoefficients& c, Rows rows,
+               float* out);
+  /// Carries speeds outwards along ∇φ through rows of a brick, those nearest to the surface first: nodes next to the surface
   /// keep theirs; every other node takes the mean of its neighbours nearer to the surface. NaN = not known yet.
-  void (*extend)(const float* phi_halo, float* speed_halo, float background);
-  /// Solves the eikonal equation through a brick, the rows nearest to the surface first, second order where two upwind
+  void (*extend)(const float* phi_halo, float* speed_halo, float background, Rows rows);
+  /// Solves the eikonal equation through rows of a brick, those nearest to the surface first, second order where two upwind
   /// samples exist; nodes next to the surface stay. Returns the largest change.
-  float (*eikonal)(float* halo, float voxel, float background);
+  float (*eikonal)(float* halo, float voxel, float background, Rows rows);
   /// Makes samples next to the surface distances: φ / |∇φ|, at most the distance along an axis crossing; the slope |∇φ| is
   /// the mean over the node and those of its neighbours that are next to the surface too (central differences; at a kink,
   /// where two sheets nearly touch, the side that crosses). The others stay.

@@ -135,7 +135,8 @@ void keep_covered(Evolver& skin, const ParticleSurface& particles, double inner,
 }
 
 void confine(Evolver& skin, const ParticleSurface& particles, double outer, const RunControl& run) {
-  const Crossings crossings = find_crossings(skin.band(), run);
+  Crossings crossings;
+  find_crossings(skin.band(), false, crossings, run);
   const std::vector<char> covered = particles.covers(crossings.x.view(), outer, run);
   ParticleState out;  // where the skin has left its bound
   for (std::size_t i = 0; i < covered.size(); ++i)

@@ -224,7 +224,7 @@ std::vector<char> ParticleSurface::covers(const field::Positions& x, double scal
 }
 
 void ParticleSurface::distance(const field::Positions& x, double reach, std::span<double> out, const RunControl& run) const {
-  const std::vector<std::size_t> begin = groups(x, 0.5 * cells_.cell());
+  const std::vector<std::size_t> begin = groups(x, cells_.cell());
   parallel_blocks(begin.size() - 1, 16, run, [&](std::size_t first, std::size_t last) {
     Lanes lanes;
     for (std::size_t g = first; g < last; ++g)

@@ -16,46 +16,60 @@ RedistanceReport redistance(Band& band, const RunControl& run, int max_passes) {
   return redistance(band, max_passes, room, run);
 }
 
-RedistanceReport redistance(Band& band, int max_passes, std::vector<float>& next, const RunControl& run) {
-  const float voxel = static_cast<float>(band.voxel()), background = band.background();
-  const Kernels& kernel = kernels();
-  const auto slot = [](auto&& v, std::size_t brick) { return v.data() + brick * Band::kBrickNodes; };
-  next.resize(band.values().size());
+RedistanceReport redistance(Band& band, int max_passes, std::vector<float>& room, const RunControl& run) {
+  rescale_distances(band, room, run);
+  RedistanceReport report;
+  while (report.passes < max_passes) {
+    report.last_change = static_cast<double>(spread_distances(band, band.background(), room, run)) / band.voxel();
+    ++report.passes;
+    if (report.last_change < kTolerance) break;
+  }
+  return report;
+}
 
-  // Nodes next to the surface first; all others start from what they have.
+void rescale_distances(Band& band, std::vector<float>& next, const RunControl& run) {
+  const float voxel = static_cast<float>(band.voxel()), background = band.background();
+  next.resize(band.values().size());
   const std::vector<char> near = surface_bricks(band, run);
   parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
+    const std::size_t n = brick * Band::kBrickNodes;
     if (near[brick] == 0) {
-      std::copy_n(slot(band.values(), brick), Band::kBrickNodes, slot(next, brick));
+      std::copy_n(band.values().data() + n, Band::kBrickNodes, next.data() + n);
       return;
     }
     Halo halo;
     gather_halo(band, band.values().data(), brick, background, -background, halo);
-    kernel.rescale(halo, voxel, slot(next, brick));
+    kernels().rescale(halo, voxel, next.data() + n);
   });
   band.swap_values(next);
+}
 
-  RedistanceReport report;
-  while (report.passes < max_passes) {
-    const float change = parallel_reduce(
-        band.brick_count(), 16, run, 0.0f,
-        [&](std::size_t begin, std::size_t end) {
-          float largest = 0;
-          Halo halo;
-          for (std::size_t brick = begin; brick < end; ++brick) {
-            gather_star(band, band.values().data(), brick, background, -background, halo);
-            largest = std::max(largest, kernel.eikonal(halo, voxel, background));
-            kernel.centre(halo, slot(next, brick));
+float spread_distances(Band& band, float reach, std::vector<float>& next, const RunControl& run) {
+  const float voxel = static_cast<float>(band.voxel()), background = band.background();
+  const Kernels& kernel = kernels();
+  next.resize(band.values().size());
+  const NearRows near(band, reach, run);
+  const float change = parallel_reduce(
+      band.brick_count(), 16, run, 0.0f,
+      [&](std::size_t begin, std::size_t end) {
+        float largest = 0;
+        Halo halo;
+        for (std::size_t brick = begin; brick < end; ++brick) {
+          float* out = next.data() + brick * Band::kBrickNodes;
+          const Rows rows = near.of(brick);
+          if (rows == 0) {
+            std::copy_n(band.values().data() + brick * Band::kBrickNodes, Band::kBrickNodes, out);
+            continue;
           }
-          return largest;
-        },
-        [](float a, float b) { return std::max(a, b); });
-    band.swap_values(next);
-    ++report.passes;
-    report.last_change = static_cast<double>(change) / band.voxel();
-    if (report.last_change < kTolerance) break;
-  }
-  return report;
+          gather_star(band, band.values().data(), brick, background, -background, halo, rows);
+          largest = std::max(largest, kernel.eikonal(halo, voxel, background, rows));
+          kernel.centre(halo, out);
+        }
+        return largest;
+      },
+      [](float a, float b) { return std::max(a, b); });
+  band.swap_values(next);
+  return change;
 }
 
 }  // namespace meniscus::band

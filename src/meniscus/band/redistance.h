@@ -18,4 +18,10 @@ RedistanceReport redistance(Band& band, const RunControl& run = {}, int max_pass
 /// The same with room for the samples that the caller keeps.
 RedistanceReport redistance(Band& band, int max_passes, std::vector<float>& room, const RunControl& run);
 
+/// The first half of it: nodes next to the surface are divided by a smoothed |∇φ|.
+void rescale_distances(Band& band, std::vector<float>& room, const RunControl& run);
+/// One pass of the second half, outwards from the nodes next to the surface as far as `reach`, world units (and a node
+/// beyond): what a step that has moved but those leaves to do. Returns the largest change, world units.
+float spread_distances(Band& band, float reach, std::vector<float>& room, const RunControl& run);
+
 }  // namespace meniscus::band

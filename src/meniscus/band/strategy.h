@@ -32,6 +32,8 @@ class Strategy {
   virtual double max_step() const { return std::numeric_limits<double>::infinity(); }
   /// Whether the strategy needs volumes and areas of components.
   virtual bool needs_components() const { return false; }
+  /// Whether the strategy needs the normals of crossings: they are left out (empty) when none does.
+  virtual bool needs_normals() const { return true; }
 };
 
 /// V = -rate · (distance to the target's surface, first order: F/|∇F|), limited to a few voxels' worth: the skin inflates
@@ -44,6 +46,7 @@ class Target final : public Strategy {
   std::string name() const override { return "target"; }
   void add_speed(const SurfaceSamples& at, std::span<double> speed, const RunControl& run) override;
   double max_step() const override { return 0.5 / rate_; }
+  bool needs_normals() const override { return false; }
 
  private:
   const field::Field& field_;
@@ -59,6 +62,7 @@ class HoldArea final : public Strategy {
   std::string name() const override { return "area"; }
   void add_speed(const SurfaceSamples& at, std::span<double> speed, const RunControl& run) override;
   bool needs_components() const override { return true; }
+  bool needs_normals() const override { return false; }
 
  private:
   double goal_, speed_;
