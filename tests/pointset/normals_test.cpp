@@ -99,6 +99,32 @@ TEST(Normals, OfAThinPlateWithoutARimDifferBetweenItsSidesToo) {
   EXPECT_LT(turned, cloud.size() / 50);
 }
 
+TEST(Normals, FollowTheOutsideRoundSharpEdges) {
+  // Faces of a tetrahedron, whose normals stand 109 degrees apart, without points at the edges.
+  const Vec3 corners[4] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+  for (const int n : {12, 20, 30}) {
+    points::Cloud cloud;
+    std::vector<Vec3> truth;
+    for (int face = 0; face < 4; ++face) {
+      const Vec3 &a = corners[(face + 1) % 4], &b = corners[(face + 2) % 4], &c = corners[(face + 3) % 4];
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; i + j < n; ++j) {
+          const double u = (i + 1.0 / 3) / n, v = (j + 1.0 / 3) / n;
+          cloud.positions.push_back(a + u * (b - a) + v * (c - a));
+          truth.push_back(-corners[face].normalized());
+        }
+    }
+    NormalReport report;
+    const points::Cloud found = with_normals(cloud, {}, &report);
+    const auto normals = normals_of(found);
+    ASSERT_EQ(normals.size(), truth.size());
+    std::size_t turned = 0;
+    for (std::size_t i = 0; i < normals.size(); ++i) turned += normals[i].dot(truth[i]) <= 0 ? 1 : 0;
+    EXPECT_EQ(turned, 0u) << n;
+    EXPECT_EQ(report.failed, 0u) << n;
+  }
+}
+
 TEST(Normals, WithstandNoise) {
   const auto at_noise = [](double share) {
     points::Cloud cloud = without_normals(test::sphere(5000));

@@ -39,6 +39,21 @@ std::vector<Stroke> strokes(double scale = 1) {
   return all;
 }
 
+/// One of every tool, emboss and refine too.
+std::vector<Stroke> every_stroke() {
+  std::vector<Stroke> all = strokes();
+  Stroke emboss;
+  emboss.tool = Tool::Emboss;
+  emboss.strength = 0.05;
+  emboss.image = std::make_shared<GreyImage>(GreyImage{2, 2, {0, 1, 1, 0}});
+  emboss.projection.width = emboss.projection.height = 1;
+  all.push_back(emboss);
+  Stroke refine = stroke(Tool::Refine, Vec3(0, 0, 1), 0.5, 1);
+  refine.spacing = 0.04;
+  all.push_back(refine);
+  return all;
+}
+
 bool same(const PointSet& a, const PointSet& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z && a.nx == b.nx && a.ny == b.ny && a.nz == b.nz && a.reach == b.reach &&
          a.bx == b.bx && a.by == b.by && a.bz == b.bz && a.coefficients == b.coefficients;
@@ -157,6 +172,24 @@ TEST(Sculptor, EveryToolUndoesAndRedoesToTheBitAndLeavesTheRestAlone) {
     EXPECT_TRUE(sculptor.redo());
     EXPECT_TRUE(same(after, sculptor.set())) << name_of(s.tool);
     EXPECT_FALSE(sculptor.redo());
+  }
+}
+
+TEST(Sculptor, EveryToolInARowIsTakenBackToTheBitStrokeByStroke) {
+  Sculptor sculptor(fit(test::sphere(2000)));
+  std::vector<PointSet> states{sculptor.set()};
+  for (const Stroke& s : every_stroke()) {
+    sculptor.apply(s);
+    states.push_back(sculptor.set());
+  }
+  for (std::size_t k = states.size() - 1; k-- > 0;) {
+    ASSERT_TRUE(sculptor.undo());
+    EXPECT_TRUE(same(sculptor.set(), states[k])) << k;
+  }
+  EXPECT_FALSE(sculptor.undo());
+  for (std::size_t k = 1; k < states.size(); ++k) {
+    ASSERT_TRUE(sculptor.redo());
+    EXPECT_TRUE(same(sculptor.set(), states[k])) << k;
   }
 }
 

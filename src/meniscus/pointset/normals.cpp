@@ -160,8 +160,7 @@ struct Relation {
 Relation relate(std::uint32_t a, std::uint32_t b, const std::vector<Vec3>& positions, const std::vector<Vec3>& normals) {
   const Vec3 e = (positions[b] - positions[a]).normalized();
   const double along_a = e.dot(normals[a]), along_b = e.dot(normals[b]);
-  // n_a mirrored at the middle plane of the edge, times n_b.
-  const double agreement = normals[a].dot(normals[b]) - 2 * along_a * along_b;
+  const double agreement = normals[a].dot(normals[b]);
   return {1 - std::abs(agreement) + along_a * along_a + along_b * along_b, a, b, agreement < 0};
 }
 

@@ -37,13 +37,12 @@ struct NormalReport {
 ///
 /// A missing direction is the one in which a neighbourhood is thinnest, of three sizes the one that is thinnest relative to
 /// its width: small where sheets are near one another or the surface bends, large where there is noise. Signs follow from a
-/// minimum spanning tree over the neighbours; along an edge the normal is mirrored at the edge's middle plane, which is
-/// exact for circular arcs and turns the normal over from one side of a thin plate to the other, and edges through
-/// the body come last. Pieces that hold given normals follow those; others face away from their own outermost points, so the
-/// inner wall of a hollow body has to be given. Deterministic for any number of threads; independent of scale and place.
+/// minimum spanning tree over the neighbours, in which edges through the body come last. Pieces that hold given normals
+/// follow those; others face away from their own outermost points, so the inner wall of a hollow body has to be given.
+/// Deterministic for any number of threads; independent of scale and place.
 ///
 /// Throws InvalidInput for options without meaning, or when no point is left. Cost: O(n log n), about 300 bytes a point.
-/// [Hoppe et al. 1992] for the tree, [König & Gumhold 2009] for arcs along its edges.
+/// [Hoppe et al. 1992]
 points::Cloud with_normals(const points::Cloud& cloud, const NormalOptions& options = {}, NormalReport* report = nullptr,
                            const RunControl& run = {});
 
