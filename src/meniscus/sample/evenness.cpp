@@ -76,11 +76,15 @@ std::size_t count_components(const SurfacePoints& points, std::span<const double
 
 Evenness evenness(const field::Field& surface, const Box& box, const SurfacePoints& points, std::span<const double> spacing,
                   const RunControl& run) {
+  const Neighbours neighbours = cell_neighbours(points, spacing, run);
+  return evenness(surface, box, points, spacing, neighbours, measure_cells(points, spacing, neighbours, box, run), run);
+}
+
+Evenness evenness(const field::Field& surface, const Box& box, const SurfacePoints& points, std::span<const double> spacing,
+                  const Neighbours& neighbours, std::span<const CellMeasure> cells, const RunControl& run) {
   Evenness e;
   e.count = points.size();
   if (points.empty()) return e;
-  const Neighbours neighbours = cell_neighbours(points, spacing, run);
-  const std::vector<CellMeasure> cells = measure_cells(points, spacing, neighbours, box, run);
   e.components = count_components(points, spacing, neighbours);
   e.max_distance = largest_distance(surface, points, run);
 

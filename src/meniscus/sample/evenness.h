@@ -51,6 +51,9 @@ struct Evenness {
 
 Evenness evenness(const field::Field& surface, const Box& box, const SurfacePoints& points, std::span<const double> spacing,
                   const RunControl& run = {});
+/// The same from neighbours and cells that are there already.
+Evenness evenness(const field::Field& surface, const Box& box, const SurfacePoints& points, std::span<const double> spacing,
+                  const Neighbours& neighbours, std::span<const CellMeasure> cells, const RunControl& run = {});
 
 /// Number of connected parts of the sampling: particles of one sheet within 1.7 spacings hang together.
 std::size_t count_components(const SurfacePoints& points, std::span<const double> spacing, const Neighbours& neighbours);

@@ -42,9 +42,12 @@ class Relaxation {
         spacing_(spacing),
         options_(options),
         movable_(movable),
+        contact_(options.kernel == RelaxOptions::Kernel::Contact && options.momentum == 0),
         kernel_(kernel_for(options.kernel)),
         next_(points) {
     for (auto* a : {&vx_, &vy_, &vz_}) a->assign(points.size(), 0.0);
+    awake_.assign(points.size(), 1);
+    woken_ = awake_;
   }
 
   void run(const RunControl& control) {
@@ -52,6 +55,7 @@ class Relaxation {
       if (moved_ > kStale) rebuild(control);
       step(control);
       std::swap(now_, next_);
+      std::swap(awake_, woken_);
       control.progress(static_cast<double>(s + 1) / options_.steps);
     }
   }
@@ -87,19 +91,54 @@ class Relaxation {
     moved_ /= static_cast<double>(now_.size());
   }
 
+  /// Whether point i has to be looked at: it may move, and what it touches has moved since it was last at rest.
+  bool stirred(std::size_t i) const {
+    if (!movable_.empty() && !movable_[i]) return false;
+    if (!contact_ || awake_[i]) return true;
+    const auto near = neighbours_.of(i);
+    return std::any_of(near.begin(), near.end(), [&](std::uint32_t j) { return awake_[j] != 0; });
+  }
+
+  void evaluate(std::size_t begin, std::size_t end, std::span<const std::uint32_t> taken, const field::JetView& jets) const {
+    if (taken.size() == end - begin) return surface_.evaluate(now_.positions().part(begin, end - begin), jets);
+    if (taken.empty()) return;
+    std::array<double, 3 * field::kBlock> xyz;
+    double *x = xyz.data(), *y = x + field::kBlock, *z = y + field::kBlock;
+    for (std::size_t k = 0; k < taken.size(); ++k) {
+      x[k] = now_.x[taken[k]];
+      y[k] = now_.y[taken[k]];
+      z[k] = now_.z[taken[k]];
+    }
+    surface_.evaluate({x, y, z, taken.size()}, jets);
+  }
+
   /// Returns the sum of displacements since the lists were built, in spacings.
   double step_block(std::size_t begin, std::size_t end) {
-    std::array<double, 4 * field::kBlock> rows;
-    const field::JetView jets{rows.data(), field::kBlock, end - begin, field::Order::Gradient};
-    surface_.evaluate(now_.positions().part(begin, end - begin), jets);
-    const relax_kernel::PairInput pairs_in{now_.x.data(), now_.y.data(), now_.z.data(), spacing_.data(),
-                                           0.5 * options_.reach};
+    std::array<std::uint32_t, field::kBlock> taken;
+    std::size_t count = 0;
     double moved = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 p = now_.position(i), g = jets.gradient(i - begin);
-      const double f = jets.value(i - begin), slope = g.norm();
-      const bool fixed = !movable_.empty() && !movable_[i];
-      if (fixed || !(slope > 0) || !std::isfinite(f) || !std::isfinite(slope)) {  // singular: leave it alone
+      if (stirred(i)) {
+        taken[count++] = static_cast<std::uint32_t>(i);
+        continue;
+      }
+      const Vec3 p = now_.position(i);
+      next_.set_position(i, p);
+      next_.set_normal(i, now_.normal(i));
+      woken_[i] = 0;
+      moved += (p - Vec3(anchor_x_[i], anchor_y_[i], anchor_z_[i])).norm() / spacing_[i];
+    }
+    std::array<double, 4 * field::kBlock> rows;
+    const field::JetView jets{rows.data(), field::kBlock, count, field::Order::Gradient};
+    evaluate(begin, end, {taken.data(), count}, jets);
+    const relax_kernel::PairInput pairs_in{now_.x.data(), now_.y.data(), now_.z.data(), spacing_.data(),
+                                           0.5 * options_.reach};
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = taken[k];
+      const Vec3 p = now_.position(i), g = jets.gradient(k);
+      const double f = jets.value(k), slope = g.norm();
+      woken_[i] = 1;
+      if (!(slope > 0) || !std::isfinite(f) || !std::isfinite(slope)) {  // singular: leave it alone
         next_.set_position(i, p);
         next_.set_normal(i, now_.normal(i));
         continue;
@@ -108,6 +147,7 @@ class Relaxation {
       const relax_kernel::PairForce pairs =
           bent_[i] ? bent_force(i, n)
                    : kernel_(pairs_in, static_cast<std::uint32_t>(i), neighbours_.of(i).data(), neighbours_.count[i]);
+      woken_[i] = !contact_ || pairs.stiffness > 0;
       // Half the trace: the mean over the two tangent directions.
       Vec3 force = pairs.stiffness > 0 ? Vec3(2 / pairs.stiffness * Vec3(pairs.x, pairs.y, pairs.z)) : Vec3(Vec3::Zero());
       force = shortened(options_.step * (force - force.dot(n) * n), kMaxForce * spacing_[i]);
@@ -155,9 +195,11 @@ class Relaxation {
   std::span<const double> spacing_;
   const RelaxOptions& options_;
   std::span<const std::uint8_t> movable_;
+  bool contact_;  // nothing acts on a point that touches no other: it rests until a neighbour has moved
   relax_kernel::PairKernel kernel_;
   SurfacePoints next_;
   std::vector<double> vx_, vy_, vz_;
+  std::vector<std::uint8_t> awake_, woken_;  // in the last step, and in this one
   std::vector<double> anchor_x_, anchor_y_, anchor_z_;
   Neighbours neighbours_;
   std::vector<std::uint8_t> bent_;  // some neighbour's normal differs much

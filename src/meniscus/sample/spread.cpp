@@ -194,12 +194,15 @@ class Spreading {
     if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);
     if (!population_.points.empty())
       report_.spacing = *std::max_element(population_.spacing.begin(), population_.spacing.end());
-    report_.evenness = evenness(surface_, box_, population_.points, population_.spacing, run_);
+    number();
+    const Population& p = population_;
+    const Neighbours near = cell_neighbours(p.points, p.spacing, run_);
+    const std::vector<CellMeasure> cells = measure_cells(p.points, p.spacing, near, box_, run_);
+    report_.evenness = evenness(surface_, box_, p.points, p.spacing, near, cells, run_);
     report_.state = capped_                                                          ? SpreadState::PopulationCap
                     : options_.count && population_.points.size() != *options_.count ? SpreadState::CountMissed
                                                                                      : SpreadState::Even;
-    number();
-    points::Cloud cloud = make_cloud(surface_, box_, population_.points, population_.spacing, population_.id, run_);
+    points::Cloud cloud = make_cloud(surface_, p.points, p.spacing, p.id, cells, run_);
     run_.progress(1);
     return {std::move(cloud), report_};
   }
@@ -246,8 +249,13 @@ std::string_view to_string(SpreadState state) {
 
 points::Cloud make_cloud(const field::Field& surface, const Box& box, const SurfacePoints& points,
                          const std::vector<double>& spacing, const std::vector<std::int64_t>& ids, const RunControl& run) {
-  points::Cloud cloud;
   const std::vector<CellMeasure> cells = measure_cells(points, spacing, cell_neighbours(points, spacing, run), box, run);
+  return make_cloud(surface, points, spacing, ids, cells, run);
+}
+
+points::Cloud make_cloud(const field::Field& surface, const SurfacePoints& points, const std::vector<double>& spacing,
+                         const std::vector<std::int64_t>& ids, std::span<const CellMeasure> cells, const RunControl& run) {
+  points::Cloud cloud;
   const std::vector<Curvature> bend = curvatures(surface, points, run);
   std::vector<double> normal, radius, area, mean, gauss;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -85,5 +85,8 @@ points::Cloud carried(const field::Field& surface, points::Cloud cloud, double d
 points::Cloud make_cloud(const field::Field& surface, const Box& box, const SurfacePoints& points,
                          const std::vector<double>& spacing, const std::vector<std::int64_t>& ids,
                          const RunControl& run = {});
+points::Cloud make_cloud(const field::Field& surface, const SurfacePoints& points, const std::vector<double>& spacing,
+                         const std::vector<std::int64_t>& ids, std::span<const CellMeasure> cells,
+                         const RunControl& run = {});
 
 }  // namespace meniscus::sample
