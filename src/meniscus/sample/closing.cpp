@@ -44,6 +44,26 @@ std::vector<std::uint32_t> spread_out(const std::vector<Vec3>& places, const std
   return taken;
 }
 
+/// What n hexagonal cells of the particles' spacings cover.
+double tiled(const Population& p, std::span<const CellMeasure> cells) {
+  double tiles = 0;
+  for (std::size_t i = 0; i < p.points.size(); ++i)  // newcomers have no cell yet
+    tiles += (i < cells.size() ? cells[i].share : 1) * 0.5 * std::sqrt(3.0) * p.spacing[i] * p.spacing[i];
+  return tiles;
+}
+
+double area_of(std::span<const CellMeasure> cells) {
+  double area = 0;
+  for (const CellMeasure& c : cells) area += c.area;
+  return area;
+}
+
+/// fit_spacing() for cells that have been measured.
+void fit_to(double area, double tiles, Population& p) {
+  const double factor = std::sqrt(area / tiles);
+  for (double& s : p.spacing) s *= factor;
+}
+
 /// Inserts up to `count` points in the largest empty circles, those of at least `least` spacings.
 std::size_t insert(const field::Field& surface, const Box& box, std::size_t count, double least, Population& p,
                    const RunControl& run) {
@@ -60,6 +80,7 @@ std::size_t insert(const field::Field& surface, const Box& box, std::size_t coun
   for (const std::uint32_t k : where) {
     p.push_back(holes[k].center, holes[k].normal, p.spacing[holes[k].particle]);
   }
+  if (!where.empty()) fit_to(area_of(cells), tiled(p, cells), p);
   return where.size();
 }
 
@@ -82,6 +103,8 @@ std::size_t remove(const Box& box, std::size_t count, Population& p, const RunCo
   for (std::uint32_t i = 0; i < removed.size(); ++i)
     if (!removed[i]) kept.push_back(i);
   p = p.gathered(kept);
+  const double area = area_of(cells);
+  if (!gone.empty()) fit_to(area, tiled(p, gathered(cells, kept)), p);
   return gone.size();
 }
 
@@ -108,13 +131,7 @@ std::size_t hexagonal_count(const Population& p, const Box& box, const RunContro
 void fit_spacing(Population& p, const Box& box, const RunControl& run) {
   if (p.points.empty()) return;
   const std::vector<CellMeasure> cells = cells_of(p, box, run);
-  double area = 0, tiles = 0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    area += cells[i].area;
-    tiles += cells[i].share * 0.5 * std::sqrt(3.0) * p.spacing[i] * p.spacing[i];
-  }
-  const double factor = std::sqrt(area / tiles);
-  for (double& s : p.spacing) s *= factor;
+  fit_to(area_of(cells), tiled(p, cells), p);
 }
 
 bool reach_count(const field::Field& surface, const Box& box, const Density& density, std::size_t count, int rounds,
@@ -123,9 +140,10 @@ bool reach_count(const field::Field& surface, const Box& box, const Density& den
     const std::size_t n = p.points.size();
     const std::size_t changed = n < count ? insert(surface, box, count - n, 0, p, run) : remove(box, n - count, p, run);
     if (changed == 0) break;
-    if (!density.uniform())
+    if (!density.uniform()) {
       p.spacing = wanted_spacing(surface, density, *std::max_element(p.spacing.begin(), p.spacing.end()), p.points, run);
-    fit_spacing(p, box, run);
+      fit_spacing(p, box, run);
+    }
     sort_spatially(p);
     relax(surface, box, p.points, p.spacing, kSettle, run);
   }
@@ -136,10 +154,7 @@ std::size_t fill_holes(const field::Field& surface, const Box& box, double large
                        const RunControl& run) {
   if (p.points.empty() || p.points.size() >= max_count) return 0;
   const std::size_t filled = insert(surface, box, max_count - p.points.size(), largest / std::sqrt(3.0), p, run);
-  if (filled > 0) {
-    fit_spacing(p, box, run);
-    sort_spatially(p);
-  }
+  if (filled > 0) sort_spatially(p);
   return filled;
 }
 
