@@ -133,15 +133,20 @@ class Spreading {
 
   void arrange() {
     sort_spatially(population_);
+    const bool grown_to_count = options_.count && options_.density.uniform() && !options_.start;
     const std::size_t count =
         options_.count ? *options_.count : std::min(hexagonal_count(population_, box_, run_), options_.max_count);
-    fit_spacing(population_, box_, run_);
+    if (grown_to_count)  // near enough until the count is reached
+      for (double& s : population_.spacing) s /= std::sqrt(kFrontDensity);
+    else
+      fit_spacing(population_, box_, run_);
     using enum RelaxOptions::Kernel;
     relax_by({.kernel = Smooth, .reach = 2, .steps = options_.fast ? 8 : std::min(10, options_.steps), .momentum = 0.8});
     // A wanted spacing leaves the count a little room.
     const double off = std::abs(static_cast<double>(population_.points.size()) / static_cast<double>(count) - 1);
     if (options_.count || (off > kCountRoom && !options_.fast))
       reach_count(surface_, box_, options_.density, count, options_.count ? 30 : 2, population_, run_);
+    if (grown_to_count && off == 0) fit_spacing(population_, box_, run_);
     if (options_.fast) {
       relax_by({.kernel = Smooth, .reach = 2, .steps = 4, .momentum = 0.8});
       return;
