@@ -164,7 +164,7 @@ std::vector<EvenCase> even_cases(const std::string& mesh) {
   if (mesh.empty()) return list;
   auto surface = scene::field_from_mesh(mesh, {}, {});
   const Box bounds = surface->bounds();
-  list.push_back({"mesh", std::move(surface), bounds.padded(0.02 * bounds.diameter()), {2000, 5000, 10000, 20000}});
+  list.push_back({"mesh", std::move(surface), bounds.padded(0.02 * bounds.diameter()), {5000, 10000, 20000, 50000, 100000}});
   return list;
 }
 

@@ -44,6 +44,7 @@ struct Sampled {
   int steps = 0;
   std::string state;
   std::size_t quarantined = 0;
+  std::size_t faults = 0;
 };
 
 Box SampleVerb::box_of(const scene::Surface& surface) const {
@@ -88,8 +89,8 @@ Sampled from_floaters(const field::Field& field, const Box& box, const sample::F
 
 Sampled from_spread(const field::Field& field, const Box& box, const sample::SpreadOptions& options, const RunControl& run) {
   sample::Sampling s = sample::spread(field, box, options, run);
-  return {std::move(s.cloud), s.report.evenness, s.report.steps, std::string(to_string(s.report.state)),
-          s.report.quarantined};
+  return {std::move(s.cloud),   s.report.evenness, s.report.steps, std::string(to_string(s.report.state)),
+          s.report.quarantined, s.report.faults};
 }
 
 nlohmann::json block(const Sampled& s) {
@@ -107,6 +108,7 @@ nlohmann::json block(const Sampled& s) {
           {"max_distance", e.max_distance},
           {"steps", s.steps},
           {"quarantined", s.quarantined},
+          {"faults", s.faults},
           {"state", s.state}};
 }
 
@@ -129,8 +131,8 @@ class Carried {
                                            {"cover", s.report.evenness.cover},
                                            {"cv", s.report.evenness.cv}});
     carried_ = sample::carried(field, s.cloud, seconds_per_frame, run);
-    return {std::move(s.cloud), s.report.evenness, s.report.steps, std::string(to_string(s.report.state)),
-            s.report.quarantined};
+    return {std::move(s.cloud),   s.report.evenness, s.report.steps, std::string(to_string(s.report.state)),
+            s.report.quarantined, s.report.faults};
   }
 
  private:

@@ -44,6 +44,14 @@ TEST(Spread, TorusBlobsAndGyroidAreEven) {
   }
 }
 
+TEST(Spread, APreviewKeepsItsPointsApart) {
+  const Box box = Box::around(Vec3::Zero(), 1.6);
+  for (const std::size_t n : {300u, 3000u}) {
+    EXPECT_GE(spread(*test::torus(1, 0.4), box, {.count = n, .fast = true}).report.evenness.packing, 0.8) << n;
+    EXPECT_GE(spread(*test::three_blobs(), box, {.count = n, .fast = true}).report.evenness.packing, 0.8) << n;
+  }
+}
+
 TEST(Spread, SpacingIsMet) {
   const auto sphere = test::sphere();
   const Sampling s = spread(*sphere, Box::around(Vec3::Zero(), 1.2), {.spacing = 0.1});

@@ -23,6 +23,7 @@ constexpr int kPilots = 4;
 constexpr int kHealRounds = 3;
 constexpr double kLeap = 4;       // spacings that a point of an earlier arrangement may be from the surface
 constexpr double kCrowded = 0.5;  // spacings to another below which it is dropped
+constexpr double kTwins = 0.05;   // spacings below which two points are one
 constexpr double kVacancy = 1.3;  // empty circles above this, in those of the hexagonal lattice, get a point
 // The closing stage: pairs nearer than this are pushed apart.
 constexpr RelaxOptions kContact{
@@ -149,6 +150,7 @@ class Spreading {
     if (grown_to_count && off == 0) fit_spacing(population_, box_, run_);
     if (options_.fast) {
       relax_by({.kernel = Smooth, .reach = 2, .steps = 4, .momentum = 0.8});
+      relax_by({.kernel = Contact, .reach = 0.92, .steps = 10, .momentum = 0, .step = 0.3});
       return;
     }
     relax_by({.kernel = Smooth, .reach = 2, .steps = options_.steps, .momentum = 0.9});
@@ -160,7 +162,7 @@ class Spreading {
       relax_by({.kernel = Smooth, .reach = 2, .steps = 10, .momentum = 0.8});
     }
     relax_by(kContact);
-    mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count}, population_, run_);
+    report_.faults = mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count}, population_, run_);
     if (options_.count && population_.points.size() != count)
       reach_count(surface_, box_, options_.density, count, 10, population_, run_);
   }
@@ -174,15 +176,24 @@ class Spreading {
     report_.steps += stage.steps;
   }
 
-  /// Puts all points on the surface and drops those that cannot be; returns how many.
+  /// Puts all points on the surface and drops those that cannot be, and those that came down on another; returns how many.
   std::size_t drop_failed() {
     if (population_.points.empty()) return 0;
     const double reach = *std::max_element(population_.spacing.begin(), population_.spacing.end());
     const std::vector<std::uint8_t> arrived =
         project(surface_, box_, {.tolerance = tolerance_, .max_distance = reach}, population_.points, run_);
     std::vector<std::uint32_t> kept;
-    for (std::uint32_t i = 0; i < arrived.size(); ++i)
-      if (arrived[i]) kept.push_back(i);
+    PointHash hash(box_.center(), reach);
+    for (std::uint32_t i = 0; i < arrived.size(); ++i) {
+      const SurfacePoints& p = population_.points;
+      const double apart = kTwins * population_.spacing[i];
+      const auto twin = [&](std::uint32_t k) {
+        return (p.position(kept[k]) - p.position(i)).norm() < apart && p.normal(kept[k]).dot(p.normal(i)) > 0;
+      };
+      if (!arrived[i] || hash.any_near(p.position(i), apart, twin)) continue;
+      hash.insert(p.position(i));
+      kept.push_back(i);
+    }
     population_ = population_.gathered(kept);
     return arrived.size() - kept.size();
   }

@@ -39,7 +39,7 @@ struct SpreadOptions {
 };
 
 enum class SpreadState {
-  Even,           ///< as asked
+  Even,           ///< as asked; `faults` says at how many places not as even as elsewhere
   PopulationCap,  ///< stopped at max_count: the surface is not fully covered
   CountMissed,    ///< the surface did not take (or leave room for) exactly `count` points
   NoSurface,      ///< F does not change sign in the box
@@ -52,6 +52,7 @@ struct SpreadReport {
   double spacing = 0;  ///< hexagonal spacing of the result where density is flat, world units
   Evenness evenness;
   std::size_t quarantined = 0;  ///< points dropped because ∇F vanished there or they could not be put on the surface
+  std::size_t faults = 0;       ///< particles that mending left beside a close pair or an empty circle (MendOptions)
   std::size_t born = 0;         ///< points that are not of `start`
   std::size_t died = 0;         ///< points of `start` that are gone
   std::size_t not_finite = 0;   ///< places of the search for components where F was not finite
