@@ -337,5 +337,25 @@ TEST(Render, CancelStops) {
   EXPECT_THROW((void)render(scene, frame(scene), small(), nullptr, run), Cancelled);
 }
 
+/// A roof seen from above whose ridge has the mean normal of its slopes: each slope is shaded with its own up to the ridge.
+TEST(Shading, CreasesAreSharp) {
+  MeshItem roof;
+  roof.mesh.positions = {Vec3(-1, -1, -1), Vec3(-1, 1, -1), Vec3(0, -1, 0), Vec3(0, 1, 0), Vec3(1, -1, -1), Vec3(1, 1, -1)};
+  roof.mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}};
+  const double s = std::sqrt(0.5);
+  roof.mesh.attributes.set(attribute::kNormal, 3, {-s, 0, s, -s, 0, s, 0, 0, 1, 0, 0, 1, s, 0, s, s, 0, s});
+  Scene scene;
+  scene.meshes.push_back(roof);
+  RenderOptions o;
+  o.width = o.height = 40;
+  o.samples = 4;
+  o.shading = Shading::Normal;
+  const Image image = render(scene, {.position = Vec3(0, 0, 4), .target = Vec3::Zero(), .up = Vec3::UnitY(), .fov = 20}, o);
+  for (int x = 0; x < 40; ++x) {
+    if (x > 17 && x < 22) continue;  // the pixels about the ridge see both
+    EXPECT_NEAR(2 * image.at(x, 20).r - 1, x < 20 ? -s : s, 1e-3) << x;
+  }
+}
+
 }  // namespace
 }  // namespace meniscus::render

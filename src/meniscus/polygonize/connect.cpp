@@ -176,9 +176,7 @@ class Connector {
     if ((chosen < 0 ? chosen + 1 : chosen) < kDegenerate) mark(p);
   }
 
-  unsigned on_crease(std::uint32_t v) const {
-    return !shell_.placed.empty() && shell_.placed[v] == Placed::Crease ? 1U : 0U;
-  }
+  unsigned on_crease(std::uint32_t v) const { return !shell_.placed.empty() && is_creased(shell_.placed[v]) ? 1U : 0U; }
   const Vec3& position(std::uint32_t v) const { return shell_.positions[v]; }
   void add(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool outward) {
     const auto i = [](std::uint32_t v) { return static_cast<std::int32_t>(v); };
@@ -191,6 +189,18 @@ class Connector {
 };
 
 }  // namespace
+
+std::vector<std::size_t> without_area(const Shell& shell, const std::vector<Triangle>& triangles) {
+  std::vector<std::size_t> vertices;
+  for (const Triangle& t : triangles) {
+    const auto p = [&](std::size_t k) { return shell.positions[static_cast<std::size_t>(t[k])]; };
+    if (quality(p(0), p(1), p(2)).value < kDegenerate)
+      for (const std::int32_t v : t) vertices.push_back(static_cast<std::size_t>(v));
+  }
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
 
 Connection connect(const Shell& shell, std::size_t max_triangles, const RunControl& run) {
   std::vector<BlockResult> results((shell.bricks.size() + kBricksPerBlock - 1) / kBricksPerBlock);

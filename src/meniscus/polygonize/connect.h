@@ -20,4 +20,7 @@ struct Connection {
 /// Throws ResourceLimit for more than max_triangles.
 Connection connect(const Shell& shell, std::size_t max_triangles, const RunControl& run);
 
+/// The vertices of triangles without area (their height is some 1e-7 of the longest side, or less), rising.
+std::vector<std::size_t> without_area(const Shell& shell, const std::vector<Triangle>& triangles);
+
 }  // namespace meniscus::polygonize

@@ -19,11 +19,11 @@ constexpr std::size_t kBricksPerBlock = 64;
 constexpr std::size_t kLoopsPerBlock = 64;
 constexpr double kTurn = 0.94;     ///< cosine of 20°: normals of neighbours that disagree more are looked at
 constexpr double kCrease = 0.985;  ///< cosine of 10°: branches that disagree less do not make a crease
-constexpr double kNearest = 1e-5;  ///< how near to the vertex branches are evaluated at last, of the way to the crossings
+constexpr double kNearest = 1e-5;  ///< how near to the vertex branches are evaluated at last, voxels
 constexpr int kCrossingSteps = 8;  ///< the tangent plane makes up for what is left
 constexpr int kNewtonSteps = 20;
-constexpr int kLost = 3;         ///< how often branches may seem to be one
-constexpr double kMargin = 0.1;  ///< how far out of its cell a vertex may go anyway, voxels
+constexpr int kLost = 5;      ///< how often branches may seem to be one
+constexpr double kReach = 4;  ///< how far out of its cell a vertex may go, voxels
 
 // Candidates ----------------------------------------------------------------------------------------------------------
 
@@ -66,8 +66,8 @@ void append_candidates(const Shell& shell, const SurfaceBrick& brick, std::vecto
   for (int i = 0; i < kBrickCells; ++i)
     for (std::uint64_t word = brick.mask[static_cast<std::size_t>(i)]; word != 0; word &= word - 1, ++cell) {
       const int bit = __builtin_ctzll(word);
-      for (std::size_t n = 0; n < CellCases::get()[cell->kind].loops; ++n) {
-        const std::size_t v = std::size_t{brick.first_vertex} + cell->first_vertex + n;
+      for (int n = 0; n < CellCases::get()[cell->kind].vertices(); ++n) {
+        const std::size_t v = std::size_t{brick.first_vertex} + cell->first_vertex + static_cast<std::size_t>(n);
         const Vec3& normal = shell.normals[v];
         if (!normal.isZero(0) && (shell.placed[v] == Placed::Bisected || around.turns(normal, {i, bit / 8, bit % 8})))
           candidates.push_back(v);
@@ -154,9 +154,10 @@ struct Loop {
   std::size_t first = 0;  ///< its crossings
   std::size_t count = 0;
   Vec3 position = Vec3::Zero();
-  double nearness = 1;  ///< where its branches are evaluated, of the way from the vertex to the crossings
-  int lost = 0;         ///< how often the branches could not be told apart
-  double slope = 0;     ///< largest |∇F| of the branches
+  double nearness = std::numeric_limits<double>::infinity();  ///< of its branches' samples to the vertex, voxels
+  int lost = 0;                                               ///< how often the branches could not be told apart
+  bool corner = false;                                        ///< its planes meet in a point
+  double slope = 0;                                           ///< largest |∇F| of the branches
 };
 
 /// The candidates of one block.
@@ -208,12 +209,18 @@ class CreaseFinder {
     }
   }
 
+  /// On the way from the loop's vertex to a crossing.
+  Vec3 sample(const Loop& loop, const Vec3& crossing) const {
+    const Vec3 way = crossing - loop.position;
+    const double share = loop.nearness * shell_.lattice.voxel / way.norm();
+    return share < 1 ? Vec3(loop.position + share * way) : crossing;
+  }
+
   /// The branches' planes of every loop, one loop after the other; drops loops where some branch has none.
   std::vector<Plane> branches() {
     std::vector<Vec3> points;
     for (const Loop& loop : loops_)
-      for (std::size_t n = 0; n < loop.count; ++n)
-        points.push_back(loop.position + loop.nearness * (crossings_[loop.first + n] - loop.position));
+      for (std::size_t n = 0; n < loop.count; ++n) points.push_back(sample(loop, crossings_[loop.first + n]));
     JetBatch jets(points.size(), Order::Gradient);
     field_.evaluate(PositionBatch(points).view(), jets.view());
     report_.evaluations += points.size();
@@ -243,10 +250,11 @@ class CreaseFinder {
     loops_.resize(kept);
   }
 
-  Vec3 met(const Loop& loop, const Plane* planes, const Vec3& from, double truncation) const {
-    const Meeting meeting = meet(planes, loop.count, from, truncation);
+  Meeting met(const Loop& loop, const Plane* planes, const Vec3& from, double truncation) const {
+    Meeting meeting = meet(planes, loop.count, from, truncation);
     const Vec3 low = shell_.lattice.point(loop.cell);
-    return meeting.open.isZero(0) ? meeting.point : slid_into(meeting.point, meeting.open, low, shell_.lattice.voxel);
+    if (!meeting.open.isZero(0)) meeting.point = slid_into(meeting.point, meeting.open, low, shell_.lattice.voxel);
+    return meeting;
   }
 
   /// First guess: where the planes at the crossings meet, within the cell. Drops loops without a crease.
@@ -260,9 +268,9 @@ class CreaseFinder {
       Vec3 mean = Vec3::Zero();
       for (std::size_t n = 0; n < loop.count; ++n) mean += crossings_[loop.first + n];
       mean /= static_cast<double>(loop.count);
-      const Vec3 reach = Vec3::Constant(voxel);
+      const Vec3 reach = Vec3::Constant(kReach * voxel);
       const Vec3 low = shell_.lattice.point(loop.cell);
-      loop.position = met(loop, own, mean, 0.02).cwiseMax(low - reach).cwiseMin(low + 2 * reach);
+      loop.position = met(loop, own, mean, 0.02).point.cwiseMax(low - reach).cwiseMin(low + Vec3::Constant(voxel) + reach);
       loop.nearness = 0.25;
       return true;
     });
@@ -279,7 +287,9 @@ class CreaseFinder {
         loop.nearness = std::min(1.0, 4 * loop.nearness);
         return ++loop.lost <= kLost;
       }
-      const Vec3 next = met(loop, own, loop.position, 0.005);
+      const Meeting meeting = met(loop, own, loop.position, 0.005);
+      const Vec3 next = meeting.point;
+      loop.corner = meeting.open.isZero(0);
       const double moved = (next - loop.position).norm();
       loop.position = next;
       if (!(moved < 2 * shell_.lattice.voxel)) return false;
@@ -292,20 +302,10 @@ class CreaseFinder {
     });
   }
 
-  /// In its cell or about, or else in a cell next to it that has no vertex.
+  /// Whether the crease is no farther from the loop's cell than a loop can be that sees both its sides.
   bool allowed(const Loop& loop) const {
     const Vec3 in_cell = (loop.position - shell_.lattice.point(loop.cell)) / shell_.lattice.voxel;
-    if (in_cell.minCoeff() >= -kMargin && in_cell.maxCoeff() <= 1 + kMargin) return true;
-    if (!(in_cell.minCoeff() > -1 && in_cell.maxCoeff() < 2)) return false;
-    Coord brick;
-    std::array<int, 3> c;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const int cell = loop.cell[a] + static_cast<int>(std::floor(in_cell[static_cast<Eigen::Index>(a)]));
-      brick[a] = cell >> 3;
-      c[a] = cell & 7;
-    }
-    const SurfaceBrick* there = shell_.find(brick);
-    return there == nullptr || !there->has(c[0], c[1], c[2]);
+    return in_cell.minCoeff() > -kReach && in_cell.maxCoeff() < 1 + kReach;
   }
 
   void accept() {
@@ -330,7 +330,7 @@ class CreaseFinder {
     if (shell_.placed[loop.vertex] == Placed::Bisected) --report_.bisected;
     ++report_.creases;
     report_.worst_residual = std::max(report_.worst_residual, residual / shell_.lattice.voxel);
-    shell_.placed[loop.vertex] = Placed::Crease;
+    shell_.placed[loop.vertex] = loop.corner ? Placed::Corner : Placed::Crease;
     shell_.normals[loop.vertex] = Vec3::Zero();
   }
 

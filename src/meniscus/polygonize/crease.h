@@ -14,10 +14,11 @@ namespace meniscus::polygonize {
 /// sharply. For these the crossings of the loop with the lattice's edges are found on the true field; each stands for the
 /// branch it lies on. The vertex minimises the squared distances to the branches' tangent planes (the quadratic error
 /// function of dual contouring), which are then taken anew ever nearer to it: Newton's method on all branches at once, each
-/// evaluated where it is the active one. A vertex is moved only if this converges in its cell (or in one that has no
-/// vertex), if F vanishes there to the tolerance, and if the normals still disagree 1e-5 voxel from it: a smooth surface,
-/// however curved, stays as it is. Normals on creases are set to zero, which finish() takes for missing. Updates `report`.
-/// Cost: linear, nothing noticeable where there are no creases.
+/// evaluated where it is the active one. A vertex is moved only if this converges within 4 voxels of its cell
+/// (beside an acute edge loops that see both sides stand far from it, and one left behind is a notch), if F vanishes there
+/// to the tolerance, and if the normals still disagree 1e-5 voxel from it: a smooth surface, however curved, stays as it is.
+/// Normals on creases are set to zero, which finish() takes for missing. Updates `report`. Cost: linear, nothing noticeable
+/// where there are no creases.
 void place_on_creases(const ClippedField& field, Shell& shell, double tolerance, ProjectReport& report,
                       const RunControl& run);
 

@@ -11,6 +11,7 @@ namespace meniscus::polygonize {
 struct FinishOptions {
   std::size_t max_triangles = 0;
   bool count_components = false;
+  bool normals = true;  ///< keep the shell's
 };
 
 /// Brings these vertices back into their own cells; may do nothing.

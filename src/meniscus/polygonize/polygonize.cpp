@@ -96,13 +96,13 @@ PolygonizeResult polygonize(const field::Field& field, const PolygonizeOptions& 
   const ProjectOptions place{options.projection, 1e-9, options.normals || creases};
   ProjectReport projected = project(clipped, shell, place, run);
   if (creases) place_on_creases(clipped, shell, place.tolerance, projected, run);
-  if (!options.normals) shell.normals.clear();
   run.progress(0.9, "connecting");
 
   const auto settle = [&](Shell& s, std::span<const std::size_t> vertices) {
     if (options.projection > 0) settle_in_cells(clipped, s, vertices, projected);
   };
-  result.mesh = finish(std::move(shell), {options.max_triangles, options.count_components}, settle, report, run);
+  result.mesh =
+      finish(std::move(shell), {options.max_triangles, options.count_components, options.normals}, settle, report, run);
   if (options.open) {
     report.triangles_on_jumps = drop_jumps(clipped, options.voxel, result.mesh, run);
     if (options.count_components) report.components = mesh::components(result.mesh).count;

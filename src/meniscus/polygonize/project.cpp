@@ -235,7 +235,7 @@ void settle_in_cells(const ClippedField& field, Shell& shell, std::span<const st
   report.bisected += vertices.size();
   for (std::size_t n = 0; n < vertices.size(); ++n) {
     Placed& placed = shell.placed[vertices[n]];
-    if (placed == Placed::Crease) --report.creases;
+    if (is_creased(placed)) --report.creases;
     placed = Placed::Bisected;
     shell.positions[vertices[n]] = points[n];
   }

@@ -86,7 +86,14 @@ struct SurfaceCell {
 };
 
 /// How a vertex came to its place.
-enum class Placed : std::uint8_t { Newton, Bisected, Crease };
+enum class Placed : std::uint8_t {
+  Newton,
+  Bisected,
+  Crease,
+  Corner,  ///< where creases meet
+};
+
+inline bool is_creased(Placed placed) { return placed == Placed::Crease || placed == Placed::Corner; }
 
 /// The cells that the surface passes through and the mesh vertices in them: one per loop of each cell, plus those of split
 /// faces. Everything sorted by brick, then by cell.

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kLift = 2e-5;      // of the viewing distance: single precision resolves 1e-7
 constexpr double kDiscLift = 0.05;  // of the radius: neighbours on a curved surface cut into each other
+constexpr double kSharp = 0.866;  // cosine of 30 degrees: a vertex whose normal is farther from a triangle's is on a crease
 constexpr double kGroundAlbedo = 0.6;
 
 Vec3 place(const Surface& s, std::size_t i, double time) {
@@ -42,6 +43,10 @@ double distance_to_edge(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
   const double twice_area = (b - a).cross(c - a).norm();
   return twice_area * std::min({weights.x() / (c - b).norm(), weights.y() / (a - c).norm(), weights.z() / (b - a).norm()});
 }
+
+/// The normal with which a triangle's corner is shaded: the vertex's own, or on a crease, where that is a mean of several
+/// sheets', the triangle's. Missing normals are zero.
+Vec3 corner_normal(const Vec3& vertex, const Vec3& face) { return vertex.dot(face) < kSharp ? face : vertex; }
 
 }  // namespace
 
@@ -75,11 +80,10 @@ void Shader::on_mesh(const Surface& s, const Ray& ray, const Hit& hit, Interacti
   };
 
   Vec3 face = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
-  Vec3 normal = face;
-  if (!s.normals.empty()) {
-    const Vec3 smooth = blend(s.normals);
-    if (smooth.squaredNorm() > 1e-12) normal = smooth.normalized();
-  }
+  std::array<Vec3, 3> normals;
+  for (std::size_t k = 0; k < 3; ++k)
+    normals[k] = s.normals.empty() ? face : corner_normal(s.normals[i[k]].cast<double>(), face);
+  Vec3 normal = (w[0] * normals[0] + w[1] * normals[1] + w[2] * normals[2]).normalized();
   at.outward = normal;
   const double side = face.dot(ray.direction) > 0 ? -1 : 1;
   face *= side;
@@ -90,11 +94,9 @@ void Shader::on_mesh(const Surface& s, const Ray& ray, const Hit& hit, Interacti
   // [Hanika 2021, "Hacking the shadow terminator"].
   const Vec3 flat = w[0] * p[0] + w[1] * p[1] + w[2] * p[2];
   Vec3 curved = flat;
-  if (!s.normals.empty()) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 n = side * s.normals[i[k]].cast<double>();
-      curved -= w[static_cast<int>(k)] * std::min(0.0, (flat - p[k]).dot(n)) * n;
-    }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 n = side * normals[k];
+    curved -= w[static_cast<int>(k)] * std::min(0.0, (flat - p[k]).dot(n)) * n;
   }
   at.position = curved + lift * face;
 
