@@ -122,5 +122,91 @@ TEST(MotionBlur, CarriesColoursWhereTheyGo) {
   EXPECT_GT(of(Velocity::Blended), 1.7 * isometric);
 }
 
+/// Two like blobs on the x axis, `before` seconds before they meet at the origin, and their mesh with a vertex on each tip.
+struct Meeting {
+  std::unique_ptr<field::Field> field;
+  mesh::Mesh mesh;
+};
+
+Meeting about_to_meet(double before) {
+  const field::Blob blobs[] = {{{test::moving("-1+0.5*t"), 0.0, 0.0}, 1.2}, {{test::moving("1-0.5*t"), 0.0, 0.0}, 1.2}};
+  Meeting m{field::blobs(field::BlobKernel::Compact, 0.4, blobs), {}};
+  // The middle is on the surface when 2 (1 - c²/1.44)³ = 0.4 for centres at ±c.
+  const double meeting = (1 - 1.2 * std::sqrt(1 - std::cbrt(0.2))) / 0.5;
+  m.field->set_time(meeting - before);
+  m.mesh = test::surface(*m.field, 0.1);
+  for (const double side : {-1.0, 1.0}) {
+    double inside = 0.3;
+    double outside = 0;
+    for (int k = 0; k < 80; ++k) {
+      const double x = (inside + outside) / 2;
+      const auto jets = field::evaluate(*m.field, std::vector<Vec3>{{side * x, 0, 0}}, field::Order::Value);
+      (jets.value(0) < 0 ? inside : outside) = x;
+    }
+    std::size_t tip = 0;
+    double nearest = 1e9;
+    for (std::size_t i = 0; i < m.mesh.positions.size(); ++i) {
+      const double distance = (m.mesh.positions[i] - Vec3(side * inside, 0, 0)).norm();
+      if (side * m.mesh.positions[i].x() > 0 && distance < nearest) nearest = distance, tip = i;
+    }
+    m.mesh.positions[tip] = {side * inside, 0, 0};
+  }
+  return m;
+}
+
+TEST(MotionBlur, StreaksStayShortWhereSheetsMeet) {
+  const double resolution = 0.025;  // a quarter voxel, as tracking has it
+  const double shutter = 0.05;
+  for (const double before : {1e-4, 1e-6, 1e-8}) {
+    const Meeting m = about_to_meet(before);
+    const std::vector<Vec3>& x = m.mesh.positions;
+    const auto jets = field::evaluate(*m.field, x, field::Order::HessianTime);
+    const Velocities v = velocities(*m.field, x, {.kind = Velocity::Normal, .resolution = resolution});
+    const Velocities wild = velocities(*m.field, x, {.kind = Velocity::Normal, .resolution = 0.0});
+    double bound = 0;
+    double fastest = 0;
+    std::size_t flagged = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const double radius = jets.gradient(i).norm() / jets.hessian(i).norm();  // of curvature of F
+      const double own = std::abs(jets.time(i)) / (resolution * jets.hessian(i).norm());
+      EXPECT_EQ(v.singular[i], radius < resolution ? 1 : 0);
+      EXPECT_LE(std::abs(v.normal_speed[i]), own * (1 + 1e-12));
+      flagged += v.singular[i];
+      bound = std::max(bound, own);
+      fastest = std::max(fastest, wild.velocity[i].norm());
+    }
+    EXPECT_GE(flagged, 2u) << "the tips";
+    EXPECT_LT(flagged, 20u);
+    EXPECT_GT(fastest, 1.3 * bound) << "what the bound is for";
+    // No pixel farther from the sharp picture than the longest streak, and one for the pixel itself.
+    const auto picture = [&](const std::vector<Vec3>& velocity, double exposure) {
+      mesh::Mesh blurred = m.mesh;
+      set(blurred, "v", velocity);
+      auto o = options(render::Shading::Flat, 64);
+      o.shutter = exposure;
+      return draw(blurred, o);
+    };
+    const render::Image sharp = picture(v.velocity, 0);
+    const auto reach = [&](const render::Image& image) {
+      double farthest = 0;
+      const auto covered = [](const render::Image& im, int i, int j) {
+        return im.pixels()[static_cast<std::size_t>(j * 56 + i)].a > 0.01;
+      };
+      for (int j = 0; j < 42; ++j)
+        for (int i = 0; i < 56; ++i) {
+          if (!covered(image, i, j)) continue;
+          double nearest = 1e9;
+          for (int l = 0; l < 42; ++l)
+            for (int k = 0; k < 56; ++k)
+              if (covered(sharp, k, l)) nearest = std::min(nearest, std::hypot(i - k, j - l));
+          farthest = std::max(farthest, nearest);
+        }
+      return farthest;
+    };
+    const double pixel = 2 * 8 * std::tan(11 * 3.14159265358979323846 / 180) / 42;  // world units at the blobs
+    EXPECT_LE(reach(picture(v.velocity, shutter)), bound * shutter / 2 / pixel + 1.5);
+  }
+}
+
 }  // namespace
 }  // namespace meniscus::motion

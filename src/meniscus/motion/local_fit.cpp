@@ -11,7 +11,7 @@ namespace {
 
 /// Of singular values, relative to the largest one. A slide along the surface shows in v_n by the square of the patch's
 /// radius over that of curvature only, for turning makes up for the rest.
-constexpr Regular kFit{5e-4, 5e-3};
+constexpr double kSeen = 1e-4;
 
 /// A point and those it is fitted with.
 struct Patch {
@@ -33,8 +33,20 @@ struct Fitter {
   }
 
   Vec3 offset(const Patch& p, std::size_t j) const { return (points[j] - points[p.center]) / p.radius; }
+  double unexplained(const Patch& p, const RigidMotion& motion) const;
   Vec3 velocity(const Patch& p, double& confidence) const;
 };
+
+double Fitter::unexplained(const Patch& p, const RigidMotion& motion) const {
+  double left = 0;
+  double all = 0;
+  for (const std::uint32_t j : p.neighbours) {
+    const double w = weight(p, j);
+    left += w * std::pow(v.normal_speed[j] - v.normal[j].dot(motion.at(offset(p, j))), 2);
+    all += w * v.velocity[j].squaredNorm();
+  }
+  return all > 0 ? std::sqrt(left / all) : 0;
+}
 
 Vec3 Fitter::velocity(const Patch& p, double& confidence) const {
   RigidMotion motion{v.velocity[p.center], {}};
@@ -42,17 +54,26 @@ Vec3 Fitter::velocity(const Patch& p, double& confidence) const {
   for (const std::uint32_t j : p.neighbours) turning.add(offset(p, j), v.velocity[j] - motion.u, weight(p, j));
   motion.turning = turning.solve();
 
-  NormalSpeedFit fit;
-  const auto add = [&](std::size_t j, double w) {
-    const Vec3 r = offset(p, j);
-    fit.add(r, v.normal[j], v.normal_speed[j] - v.normal[j].dot(motion.at(r)), w);
+  const RigidMotion guide = motion;
+  const auto fit = [&](double unexplained) {
+    NormalSpeedFit f;
+    const auto add = [&](std::size_t j, double w) {
+      const Vec3 r = offset(p, j);
+      f.add(r, v.normal[j], v.normal_speed[j] - v.normal[j].dot(motion.at(r)), w);
+    };
+    add(p.center, 1);
+    for (const std::uint32_t j : p.neighbours) add(j, weight(p, j));
+    const NormalSpeedFit::Answer answer = f.solve(standing_out(unexplained, kSeen));
+    motion.u += answer.change.u;
+    motion.turning += answer.change.turning;
+    confidence = answer.confidence;
   };
-  add(p.center, 1);
-  for (const std::uint32_t j : p.neighbours) add(j, weight(p, j));
-  const NormalSpeedFit::Answer answer = fit.solve(kFit);
-  confidence = answer.confidence;
+  fit(0);
+  const double left = unexplained(p, motion);
+  if (standing_out(left, kSeen).low > kSeen) motion = guide;
+  fit(left);  // where nothing is left this takes away the rounding of the first
   const Vec3& n = v.normal[p.center];
-  const Vec3 u = motion.u + answer.change.u;
+  const Vec3& u = motion.u;
   return u + (v.normal_speed[p.center] - n.dot(u)) * n;
 }
 

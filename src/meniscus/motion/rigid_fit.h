@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -52,5 +53,16 @@ class NormalSpeedFit {
   Eigen::Matrix<double, 6, 6> matrix_ = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right_ = Eigen::Matrix<double, 6, 1>::Zero();
 };
+
+/// How far to trust directions among motions, by singular value relative to the largest: as far as they stand out of what no
+/// rigid motion explains. `unexplained` is the root mean square of the normal speeds that remain, relative to that of the
+/// speeds; a motion of singular value s that noise feigns is unexplained/s as fast as the points are. `least`: what rounding
+/// allows.
+inline Regular standing_out(double unexplained, double least) {
+  constexpr double kHidden = 0.3;
+  constexpr double kSure = 10;
+  const double low = std::max(least, kHidden * unexplained);
+  return {low, kSure * low};
+}
 
 }  // namespace meniscus::motion

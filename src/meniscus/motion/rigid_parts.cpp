@@ -15,10 +15,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 /// Of singular values, for a part that moves as one body. A sphere with bumps of a thousandth counts as one that turns
 /// unseen.
 constexpr double kSeen = 1e-3;
-/// The same for a part that does not: what is left over, relative to speed, hides motions that show less than it, by this
-/// factor.
-constexpr double kHidden = 0.3;
-constexpr double kSure = 10;      // times more: trusted wholly
 constexpr double kRigid = 1e-12;  // of a part's speed: nothing but rounding
 
 }  // namespace
@@ -87,8 +83,7 @@ void RigidParts::follow_normal_speeds() {
   }
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (!(parts_[p].weight > 0)) continue;
-    const double low = std::max(kSeen, kHidden * parts_[p].unexplained);
-    parts_[p].answer = fits[p].solve({low, kSure * low});
+    parts_[p].answer = fits[p].solve(standing_out(parts_[p].unexplained, kSeen));
     parts_[p].motion.u += parts_[p].answer.change.u;
     parts_[p].motion.turning += parts_[p].answer.change.turning;
   }
@@ -105,7 +100,7 @@ void RigidParts::weigh_excess() {
   }
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     parts_[p].unexplained = speed[p] > 0 ? std::sqrt(excess[p] / speed[p]) : 0;
-    if (kHidden * parts_[p].unexplained > kSeen) parts_[p].motion = parts_[p].guide;
+    if (standing_out(parts_[p].unexplained, kSeen).low > kSeen) parts_[p].motion = parts_[p].guide;
   }
 }
 
