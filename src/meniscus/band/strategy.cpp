@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace meniscus::band {
 
@@ -30,6 +31,11 @@ void HoldArea::add_speed(const SurfaceSamples& at, std::span<double> speed, cons
   double area = 0;
   for (const Component& c : at.components) area += c.area;
   for (double& v : speed) v += speed_ * (goal_ - area) / goal_;
+}
+
+double HoldArea::max_step() const {
+  const double radius = std::sqrt(goal_ / (4 * std::numbers::pi));
+  return speed_ != 0 ? 0.25 * radius / std::abs(speed_) : Strategy::max_step();
 }
 
 void HoldVolume::add_speed(const SurfaceSamples& at, std::span<double> speed, const RunControl&) {

@@ -63,6 +63,8 @@ class HoldArea final : public Strategy {
   void add_speed(const SurfaceSamples& at, std::span<double> speed, const RunControl& run) override;
   bool needs_components() const override { return true; }
   bool needs_normals() const override { return false; }
+  /// A quarter of the time in which a ball of that area would be gone at the full speed: what is missing falls steadily.
+  double max_step() const override;
 
  private:
   double goal_, speed_;
