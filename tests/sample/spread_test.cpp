@@ -130,7 +130,9 @@ TEST(Spread, DensityFollowsCurvatureAndFocus) {
   for (const Sampling* s : {&bent, &focused}) {
     EXPECT_EQ(s->cloud.size(), 1500u);
     EXPECT_GT(s->report.evenness.packing, 0.8);
-    EXPECT_LT(s->report.evenness.cover, 1.6);  // the steep grades of this test cost some
+    // A threefold change over four spacings is 1.3 a spacing: a circle of 1.22 wanted spacings where it stands measures up
+    // to 1.22 · sqrt(1.3) .. 1.22 · 1.3 in those of the nearer points.
+    EXPECT_LT(s->report.evenness.cover, 1.5);
   }
 }
 
