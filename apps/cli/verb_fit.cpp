@@ -64,7 +64,9 @@ void FitVerb::run(Session& session) const {
   session.add_input(input);
   if (io::format_of_path(input) == "msurf") throw UsageError(input + " is a point-set surface already");
   if (io::format_of_path(session.output()) != "msurf") throw UsageError("the output of fit is an .msurf file");
-  points::Cloud cloud = scene::points_of(io::read_geometry(input));
+  io::ReadReport read;
+  points::Cloud cloud = scene::points_of(io::read_geometry(input, {}, &read));
+  for (const auto& w : read.warnings) session.warn(w.code, w.message, w.where);
   session.timing("read");
   const auto start = std::chrono::steady_clock::now();
   scene::PointSurfaceReport report;
