@@ -15,7 +15,8 @@ struct SequenceFlags {
   void add_to(CLI::App& verb) {
     verb.add_option("--fps", fps, "frames per second: the unit of velocities; default 24")->check(CLI::PositiveNumber);
     verb.add_option("--vdb", grids, "also write the level set of every frame: name.####.vdb");
-    verb.add_flag("--velocity", velocities, "with --vdb: a grid \"velocity\" beside the level set; vertices always have v");
+    verb.add_flag("--velocity", velocities, "with --vdb: a grid \"velocity\" beside the level set; vertices always have v")
+        ->needs("--vdb");
     verb.add_flag(
         "--persistent", persistent,
         "the same vertices from frame to frame, with ids; meshed anew only where the surface tears, joins or stretches");
