@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace meniscus::band {
 namespace {
 
@@ -26,6 +28,16 @@ TEST(ParticleShells, FreedomEndsWhereSpheresTouchACoveredParticle) {
   EXPECT_EQ(f, (std::vector<double>{0, 0, 0, 1, 1, 1}));  // 6.3 touches nobody: it is free of the chain, too
   const ParticleSurface near = row({0, 2.5});
   EXPECT_NEAR(freedom_of_particles(near, std::vector<double>{-1.0, 1.0})[1], 0.5, 1e-12);
+}
+
+TEST(ParticleShells, NewPiecesAreWhollyFreeAndLargeEnough) {
+  // Covered at 0, with a chain that touches it; three far away that touch; one alone.
+  const ParticleSurface p = row({0, 1.9, 3.8, 5.7, 20, 21.5, 23, 40});
+  const std::vector<double> depth{-1, 1, 9, 9, 9, 9, 9, 9};
+  const double one = 4 * std::numbers::pi / 3;
+  EXPECT_EQ(particles_beyond(p, depth, 2.9 * one), (std::vector<std::uint32_t>{4, 5, 6}));
+  EXPECT_EQ(particles_beyond(p, depth, 0), (std::vector<std::uint32_t>{4, 5, 6, 7}));
+  EXPECT_TRUE(particles_beyond(p, depth, 3.1 * one).empty());
 }
 
 TEST(ParticleShells, CoversWhatIsWithinASphere) {

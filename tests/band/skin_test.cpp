@@ -190,6 +190,29 @@ TEST(Skin, ACoarserParticleSetEasesIn) {
   }
 }
 
+TEST(Skin, ParticlesThatGoChangeTheVolumeOnlyFromWithin) {
+  points::Cloud cloud;
+  add_drop(cloud, Vec3::Zero(), 6, Vec3::Zero(), 1, 1);
+  const std::size_t drop = cloud.size();
+  std::vector<std::size_t> keep;
+  for (std::size_t i = 0; i < drop; ++i) keep.push_back(i);
+  for (std::size_t i = 0; i < drop / 4; ++i) {  // vapour, each on its own
+    cloud.positions.push_back({20 + 4.0 * static_cast<double>(i % 8), 4.0 * static_cast<double>(i / 8), 0});
+  }
+  std::vector<double> v(3 * cloud.size(), 0.0);
+  std::vector<std::int64_t> id;
+  for (std::size_t i = 0; i < cloud.size(); ++i) id.push_back(static_cast<std::int64_t>(i));
+  cloud.attributes.set("v", 3, v);
+  cloud.attributes.set_integers("id", 1, id);
+  SkinOptions o = settings();
+  o.surface.min_neighbours = 3;
+  Skin skin(o);
+  for (int f = 0; f < 2; ++f) skin.advance(cloud, 1);
+  const double volume = skin.components().front().volume;
+  for (int f = 0; f < 4; ++f) skin.advance(points::gathered(cloud, keep), 1);
+  EXPECT_NEAR(skin.components().front().volume / volume, 1, 0.005);
+}
+
 TEST(Skin, SurvivesDegenerateFrames) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   points::Cloud empty, one, together, broken, stray;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace meniscus::band {
 namespace {
@@ -54,6 +55,39 @@ void reshape(Band& band, const std::vector<std::size_t>& bricks, const ParticleS
   });
 }
 
+/// Calls work(j, gap between their spheres) for every particle j whose centre's cell lies within reach of i.
+template <class Work>
+void for_near(const ParticleSurface& particles, std::uint32_t i, const Work& work) {
+  const std::vector<Vec3>& x = particles.positions();
+  const std::vector<double>& r = particles.radii();
+  particles.cells().for_runs(Box::around(x[i], r[i]), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t m = begin; m < end; ++m)
+      if (const std::uint32_t j = particles.cells().order()[m]; j != i) work(j, (x[i] - x[j]).norm() - r[i] - r[j]);
+  });
+}
+
+std::vector<std::uint32_t> uncovered(std::span<const double> depth) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    if (depth[i] > 0) out.push_back(static_cast<std::uint32_t>(i));
+  return out;
+}
+
+/// Uncovered particles that touch, sphere to sphere, are of one group.
+DisjointSets groups_of(const ParticleSurface& particles, std::span<const double> depth, std::span<const std::uint32_t> open,
+                       const RunControl& run) {
+  std::vector<std::vector<std::uint32_t>> touching(open.size());
+  parallel_for(open.size(), 16, run, [&](std::size_t n) {
+    for_near(particles, open[n], [&](std::uint32_t j, double gap) {
+      if (depth[j] > 0 && gap <= 0) touching[n].push_back(j);
+    });
+  });
+  DisjointSets groups(depth.size());
+  for (std::size_t n = 0; n < open.size(); ++n)
+    for (const std::uint32_t j : touching[n]) groups.join(open[n], j);
+  return groups;
+}
+
 }  // namespace
 
 std::vector<double> depth_of_particles(const Band& skin, const ParticleSurface& particles, const RunControl& run) {
@@ -71,37 +105,37 @@ std::vector<double> depth_of_particles(const Band& skin, const ParticleSurface& 
 
 std::vector<double> freedom_of_particles(const ParticleSurface& particles, std::span<const double> depth,
                                          const RunControl& run) {
-  const std::vector<Vec3>& x = particles.positions();
   const std::vector<double>& r = particles.radii();
-  const ParticleCells& cells = particles.cells();
-  std::vector<std::uint32_t> open;
-  for (std::size_t i = 0; i < x.size(); ++i)
-    if (depth[i] > 0) open.push_back(static_cast<std::uint32_t>(i));
-  // For every open particle: the open ones that it touches, and the gap to the nearest covered one, in radii.
-  std::vector<std::vector<std::uint32_t>> touching(open.size());
-  std::vector<double> gap(x.size(), 1);
+  const std::vector<std::uint32_t> open = uncovered(depth);
+  // The gap to the nearest covered particle, in radii: a group's is its smallest.
+  std::vector<double> gap(depth.size(), 1);
   parallel_for(open.size(), 16, run, [&](std::size_t n) {
-    const std::size_t i = open[n];
-    cells.for_runs(Box::around(x[i], r[i]), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t m = begin; m < end; ++m) {
-        const std::uint32_t j = cells.order()[m];
-        const double between = ((x[i] - x[j]).norm() - r[i] - r[j]) / r[i];
-        if (depth[j] <= 0)
-          gap[i] = std::min(gap[i], std::max(between, 0.0));
-        else if (j != i && between <= 0)
-          touching[n].push_back(j);
-      }
+    const std::uint32_t i = open[n];
+    for_near(particles, i, [&](std::uint32_t j, double between) {
+      if (depth[j] <= 0) gap[i] = std::min(gap[i], std::max(between / r[i], 0.0));
     });
   });
-  DisjointSets groups(x.size());
-  for (std::size_t n = 0; n < open.size(); ++n)
-    for (const std::uint32_t j : touching[n]) groups.join(open[n], j);
+  DisjointSets groups = groups_of(particles, depth, open, run);
   for (const std::uint32_t i : open) gap[groups.root(i)] = std::min(gap[groups.root(i)], gap[i]);
-  std::vector<double> out(x.size(), 0);
+  std::vector<double> out(depth.size(), 0);
   for (const std::uint32_t i : open) {
     const double g = gap[groups.root(i)];
     out[i] = g * g * (3 - 2 * g);
   }
+  return out;
+}
+
+std::vector<std::uint32_t> particles_beyond(const ParticleSurface& particles, std::span<const double> depth, double least,
+                                            const RunControl& run) {
+  const std::vector<double> freedom = freedom_of_particles(particles, depth, run);
+  const std::vector<std::uint32_t> open = uncovered(depth);
+  DisjointSets groups = groups_of(particles, depth, open, run);
+  std::vector<double> volume(depth.size(), 0);
+  for (const std::uint32_t i : open)
+    volume[groups.root(i)] += 4 * std::numbers::pi / 3 * particles.weights()[i] * std::pow(particles.radii()[i], 3);
+  std::vector<std::uint32_t> out;
+  for (const std::uint32_t i : open)
+    if (freedom[i] == 1 && volume[groups.root(i)] >= least) out.push_back(i);
   return out;
 }
 

@@ -43,6 +43,17 @@ double liquid(const ParticleState& s) {
   return sum;
 }
 
+/// The liquid of the particles of a frame that the other frame does not have and that lie outside the skin.
+double liquid_outside(const ParticleFrame& frame, const ParticleFrame& other, const Band& skin) {
+  std::vector<std::int64_t> known = other.id;
+  std::sort(known.begin(), known.end());
+  double sum = 0;
+  for (std::size_t i = 0; i < frame.id.size(); ++i)
+    if (!std::binary_search(known.begin(), known.end(), frame.id[i]) && !(skin.sample(frame.state.position[i]) < 0))
+      sum += std::pow(frame.state.radius[i], 3);
+  return sum;
+}
+
 /// A band of spheres.
 Band spheres(const std::vector<Vec3>& centre, const std::vector<double>& radius, double voxel, const RunControl& run) {
   ParticleState s;
@@ -180,7 +191,7 @@ SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, 
     report.substeps = substeps;
     report.matched = motion.matched();
     report.strays = surface->strays();
-    if (options_.hold_volume) adopt_births(next, motion.matched(), report.seeded > 0, run);
+    if (options_.hold_volume) adopt_births(next, good.band(), report, run);
     now_ = std::move(next);
     cloud_ = particles;
     finish(*surface, report, run);
@@ -204,15 +215,16 @@ void Skin::live(double duration, SkinReport& report, const RunControl& run) {
 }
 
 /// Particles that the skin does not reach begin a piece of their own: a sphere each, which then grows as it is asked to.
+/// What tension alone would eat within a frame is left to keep_droplets().
 std::size_t Skin::seed(const ParticleSurface& surface, const RunControl& run) {
   const std::vector<double> depth = depth_of_particles(band(), surface, run);
+  const double least = 4 * std::numbers::pi / 3 * std::pow(4 * evolver_->tension() * frame_, 1.5);
   std::vector<Vec3> centre;
   std::vector<double> radius;
-  for (std::size_t i = 0; i < depth.size(); ++i)
-    if (depth[i] > 2 * surface.radii()[i]) {
-      centre.push_back(surface.positions()[i]);
-      radius.push_back(std::max(surface.radii()[i], 1.2 * voxel_));
-    }
+  for (const std::uint32_t i : particles_beyond(surface, depth, least, run)) {
+    centre.push_back(surface.positions()[i]);
+    radius.push_back(std::max(surface.radii()[i], 1.2 * voxel_));
+  }
   if (!centre.empty()) {
     const Band fresh = spheres(centre, radius, voxel_, run);
     evolver_->edit([&](Band& b) { b.unite(fresh); }, run);
@@ -231,12 +243,15 @@ void Skin::bound(const ParticleSurface& surface, const RunControl& run) {
   if (shell.inner > 0) keep_covered(*evolver_, surface, shell.inner, run);
 }
 
-/// Particles that come or go change what components hold in proportion to their liquid, but no faster than the surface may
-/// follow: the rest is owed to later frames. Pieces that were seeded hold what they have.
-void Skin::adopt_births(const ParticleFrame& next, std::size_t matched, bool seeded, const RunControl& run) {
+/// Particles that come or go inside the skin change what components hold in proportion to their liquid, but no faster than
+/// the surface may follow: the rest is owed to later frames. Those outside of it were no part of a component. New pieces
+/// hold what they have.
+void Skin::adopt_births(const ParticleFrame& next, const Band& was, const SkinReport& report, const RunControl& run) {
   const std::vector<Component>& parts = evolver_->components(run);
-  const double before = liquid(now_.state), after = liquid(next.state);
-  if (!seeded && before > 0 && after > 0 && (matched > 0 || next.id.empty())) owed_ *= after / before;
+  const bool by_id = report.matched > 0, by_number = next.id.empty() && report.seeded == 0;
+  const double gone = by_id ? liquid_outside(now_, next, was) : 0, come = by_id ? liquid_outside(next, now_, band()) : 0;
+  const double before = liquid(now_.state) - gone, after = liquid(next.state) - come;
+  if ((by_id || by_number) && before > 0 && after > 0) owed_ *= after / before;
   double depth = 0;  // by which a surface moves when all volumes double
   for (const Component& c : parts)
     if (c.goal && c.area > 0) depth = std::max(depth, std::abs(*c.goal) / c.area);

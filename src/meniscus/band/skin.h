@@ -100,7 +100,7 @@ class Skin {
   void live(double duration, SkinReport& report, const RunControl& run);
   std::size_t seed(const ParticleSurface& surface, const RunControl& run);
   void bound(const ParticleSurface& surface, const RunControl& run);
-  void adopt_births(const ParticleFrame& next, std::size_t matched, bool seeded, const RunControl& run);
+  void adopt_births(const ParticleFrame& next, const Band& was, const SkinReport& report, const RunControl& run);
 
   SkinOptions options_;
   double voxel_;
