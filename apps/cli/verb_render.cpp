@@ -169,10 +169,12 @@ RenderVerb::Shot RenderVerb::shot_at(std::optional<long> frame, const RunControl
   std::size_t next = 0;
   for (const std::string& path : files) {
     const std::string format = io::format_of_path(path);
-    const bool is_sequence = io::FramePattern::parse(path) || io::count_frames(path) > 1;
-    if (format == "json" || format == "vdb" || (format == "msurf" && !discs && !spheres && upsample == 0))
+    if (format == "json" || format == "vdb" || (format == "msurf" && !discs && !spheres && upsample == 0)) {
       add_surface(path, frame, run, v.scene);
-    else if (upsample > 0 && is_sequence)
+      continue;
+    }
+    const bool is_sequence = io::FramePattern::parse(path) || io::count_frames(path) > 1;
+    if (upsample > 0 && is_sequence)
       add_point_surface(
           scene::point_surface(scene::points_of(sequences_[next++].read_geometry(*frame)), path, {}, nullptr, run), v);
     else if (upsample > 0)
@@ -254,7 +256,9 @@ void RenderVerb::run(Session& session) {
     const double n = static_cast<double>(count);
     const RunControl part = control.part(static_cast<double>(i) / n, static_cast<double>(i + 1) / n);
     render::RenderReport report;
-    Shot shot = i == 0 ? std::move(first) : shot_at(frame(i), part);
+    Shot later;
+    if (i > 0) later = shot_at(frame(i), part);
+    Shot& shot = i == 0 ? first : later;
     upsample_clouds(shot, eye, session, part);
     const render::Image image = render::render(shot.scene, eye, options_, &report, part);
     session.timing("render");

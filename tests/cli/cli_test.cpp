@@ -18,6 +18,17 @@ void write(const std::string& path, const std::string& text) { std::ofstream(pat
 
 const char* kBall = R"({"format":"meniscus.scene","version":1,"surface":{"type":"sphere","center":[0,0,0],"radius":1}})";
 
+TEST(RenderVerb, DrawsScenesAndMeshes) {
+  const Scratch s;
+  write(s / "ball.json", kBall);
+  ASSERT_EQ(meniscus_program("mesh " + (s / "ball.json") + " --voxel 0.2 -o " + (s / "b.ply")).code, 0);
+  for (const char* file : {"ball.json", "b.ply"}) {
+    const auto r = meniscus_program("render " + (s / file) + " --size 40x30 --samples 1 -f -o " + (s / "picture.png"));
+    EXPECT_EQ(r.code, 0) << file << ": " << r.err;
+    EXPECT_EQ(contents(s / "picture.png").substr(1, 3), "PNG") << file;
+  }
+}
+
 TEST(CommandLine, HelpLeadsWithAnExampleAndExitsZero) {
   EXPECT_NE(meniscus_program("--help").out.find("Example: meniscus"), std::string::npos);
   for (const std::string verb : {"info", "mesh", "render", "convert", "edit", "check", "schema", "completion"}) {

@@ -18,9 +18,9 @@ namespace {
 
 // Lengths in voxels.
 constexpr double kReaches[] = {2, 3, 4, 6, 8};  // how far around a disagreement the old mesh is cut out
-constexpr double kGap = 0.75;             // least width of the strip between what is kept and what is put in
-constexpr double kAskew = 0.25;           // cosine between a triangle and the surface's normal
-constexpr std::size_t kScrap = 12;        // open pieces with fewer triangles are not worth joining
+constexpr double kGap = 0.75;                   // least width of the strip between what is kept and what is put in
+constexpr double kAskew = 0.25;                 // cosine between a triangle and the surface's normal
+constexpr std::size_t kScrap = 12;              // open pieces with fewer triangles are not worth joining
 
 const Vec3& corner(const mesh::Mesh& m, const Triangle& t, std::size_t k) {
   return m.positions[static_cast<std::size_t>(t[k])];
