@@ -35,9 +35,9 @@ TEST(ParticleShells, NewPiecesAreWhollyFreeAndLargeEnough) {
   const ParticleSurface p = row({0, 1.9, 3.8, 5.7, 20, 21.5, 23, 40});
   const std::vector<double> depth{-1, 1, 9, 9, 9, 9, 9, 9};
   const double one = 4 * std::numbers::pi / 3;
-  EXPECT_EQ(particles_beyond(p, depth, 2.9 * one), (std::vector<std::uint32_t>{4, 5, 6}));
-  EXPECT_EQ(particles_beyond(p, depth, 0), (std::vector<std::uint32_t>{4, 5, 6, 7}));
-  EXPECT_TRUE(particles_beyond(p, depth, 3.1 * one).empty());
+  EXPECT_EQ(particles_of_new_pieces(p, depth, 2.9 * one), (std::vector<std::uint32_t>{4, 5, 6}));
+  EXPECT_EQ(particles_of_new_pieces(p, depth, 0), (std::vector<std::uint32_t>{4, 5, 6, 7}));
+  EXPECT_TRUE(particles_of_new_pieces(p, depth, 3.1 * one).empty());
 }
 
 TEST(ParticleShells, CoversWhatIsWithinASphere) {

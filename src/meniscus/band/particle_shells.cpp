@@ -66,27 +66,36 @@ void for_near(const ParticleSurface& particles, std::uint32_t i, const Work& wor
   });
 }
 
-std::vector<std::uint32_t> uncovered(std::span<const double> depth) {
-  std::vector<std::uint32_t> out;
-  for (std::size_t i = 0; i < depth.size(); ++i)
-    if (depth[i] > 0) out.push_back(static_cast<std::uint32_t>(i));
-  return out;
-}
+/// Particles that the skin does not cover; those that touch, sphere to sphere, are of one group.
+struct OpenGroups {
+  std::vector<std::uint32_t> members;
+  DisjointSets groups;
+  std::vector<double> gap;  ///< of a group, at its root: to the nearest covered particle, radii, at most 1
 
-/// Uncovered particles that touch, sphere to sphere, are of one group.
-DisjointSets groups_of(const ParticleSurface& particles, std::span<const double> depth, std::span<const std::uint32_t> open,
-                       const RunControl& run) {
-  std::vector<std::vector<std::uint32_t>> touching(open.size());
-  parallel_for(open.size(), 16, run, [&](std::size_t n) {
-    for_near(particles, open[n], [&](std::uint32_t j, double gap) {
-      if (depth[j] > 0 && gap <= 0) touching[n].push_back(j);
+  OpenGroups(const ParticleSurface& particles, std::span<const double> depth, const RunControl& run)
+      : groups(depth.size()), gap(depth.size(), 1) {
+    for (std::size_t i = 0; i < depth.size(); ++i)
+      if (depth[i] > 0) members.push_back(static_cast<std::uint32_t>(i));
+    std::vector<std::vector<std::uint32_t>> touching(members.size());
+    parallel_for(members.size(), 16, run, [&](std::size_t n) {
+      const std::uint32_t i = members[n];
+      for_near(particles, i, [&](std::uint32_t j, double between) {
+        if (depth[j] <= 0)
+          gap[i] = std::min(gap[i], std::max(between / particles.radii()[i], 0.0));
+        else if (between <= 0)
+          touching[n].push_back(j);
+      });
     });
-  });
-  DisjointSets groups(depth.size());
-  for (std::size_t n = 0; n < open.size(); ++n)
-    for (const std::uint32_t j : touching[n]) groups.join(open[n], j);
-  return groups;
-}
+    for (std::size_t n = 0; n < members.size(); ++n)
+      for (const std::uint32_t j : touching[n]) groups.join(members[n], j);
+    for (const std::uint32_t i : members) gap[groups.root(i)] = std::min(gap[groups.root(i)], gap[i]);
+  }
+
+  double freedom(std::uint32_t member) {
+    const double g = gap[groups.root(member)];
+    return g * g * (3 - 2 * g);
+  }
+};
 
 }  // namespace
 
@@ -105,37 +114,21 @@ std::vector<double> depth_of_particles(const Band& skin, const ParticleSurface& 
 
 std::vector<double> freedom_of_particles(const ParticleSurface& particles, std::span<const double> depth,
                                          const RunControl& run) {
-  const std::vector<double>& r = particles.radii();
-  const std::vector<std::uint32_t> open = uncovered(depth);
-  // The gap to the nearest covered particle, in radii: a group's is its smallest.
-  std::vector<double> gap(depth.size(), 1);
-  parallel_for(open.size(), 16, run, [&](std::size_t n) {
-    const std::uint32_t i = open[n];
-    for_near(particles, i, [&](std::uint32_t j, double between) {
-      if (depth[j] <= 0) gap[i] = std::min(gap[i], std::max(between / r[i], 0.0));
-    });
-  });
-  DisjointSets groups = groups_of(particles, depth, open, run);
-  for (const std::uint32_t i : open) gap[groups.root(i)] = std::min(gap[groups.root(i)], gap[i]);
+  OpenGroups open(particles, depth, run);
   std::vector<double> out(depth.size(), 0);
-  for (const std::uint32_t i : open) {
-    const double g = gap[groups.root(i)];
-    out[i] = g * g * (3 - 2 * g);
-  }
+  for (const std::uint32_t i : open.members) out[i] = open.freedom(i);
   return out;
 }
 
-std::vector<std::uint32_t> particles_beyond(const ParticleSurface& particles, std::span<const double> depth, double least,
-                                            const RunControl& run) {
-  const std::vector<double> freedom = freedom_of_particles(particles, depth, run);
-  const std::vector<std::uint32_t> open = uncovered(depth);
-  DisjointSets groups = groups_of(particles, depth, open, run);
+std::vector<std::uint32_t> particles_of_new_pieces(const ParticleSurface& particles, std::span<const double> depth,
+                                                   double least, const RunControl& run) {
+  OpenGroups open(particles, depth, run);
   std::vector<double> volume(depth.size(), 0);
-  for (const std::uint32_t i : open)
-    volume[groups.root(i)] += 4 * std::numbers::pi / 3 * particles.weights()[i] * std::pow(particles.radii()[i], 3);
+  for (const std::uint32_t i : open.members)
+    volume[open.groups.root(i)] += 4 * std::numbers::pi / 3 * particles.weights()[i] * std::pow(particles.radii()[i], 3);
   std::vector<std::uint32_t> out;
-  for (const std::uint32_t i : open)
-    if (freedom[i] == 1 && volume[groups.root(i)] >= least) out.push_back(i);
+  for (const std::uint32_t i : open.members)
+    if (open.freedom(i) == 1 && volume[open.groups.root(i)] >= least) out.push_back(i);
   return out;
 }
 

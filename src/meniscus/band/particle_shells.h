@@ -16,9 +16,9 @@ std::vector<double> freedom_of_particles(const ParticleSurface& particles, std::
                                          const RunControl& run = {});
 
 /// The particles, by number and in order, that begin a piece of their own: wholly free of the skin (freedom 1), in a group
-/// of a volume of at least `least`.
-std::vector<std::uint32_t> particles_beyond(const ParticleSurface& particles, std::span<const double> depth, double least,
-                                            const RunControl& run = {});
+/// of a volume of at least `least`, world units cubed.
+std::vector<std::uint32_t> particles_of_new_pieces(const ParticleSurface& particles, std::span<const double> depth,
+                                                   double least, const RunControl& run = {});
 
 /// Keeps droplets that are too small for the skin's tension: groups of particles that the skin has left altogether stand on
 /// their own again, as the surface of their particles. They grow and fade with their freedom and their weight, so that

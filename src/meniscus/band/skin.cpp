@@ -221,7 +221,7 @@ std::size_t Skin::seed(const ParticleSurface& surface, const RunControl& run) {
   const double least = 4 * std::numbers::pi / 3 * std::pow(4 * evolver_->tension() * frame_, 1.5);
   std::vector<Vec3> centre;
   std::vector<double> radius;
-  for (const std::uint32_t i : particles_beyond(surface, depth, least, run)) {
+  for (const std::uint32_t i : particles_of_new_pieces(surface, depth, least, run)) {
     centre.push_back(surface.positions()[i]);
     radius.push_back(std::max(surface.radii()[i], 1.2 * voxel_));
   }

@@ -224,6 +224,26 @@ void Floaters::update_neighbours() {
   lists_valid_ = true;
 }
 
+/// The way that repulsion asks for, with momentum where a grown particle is nearly at rest; remembers it.
+Vec3 Floaters::drift(std::size_t i, const Vec3& normal, const Vec3& along) {
+  float* last = drift_.data() + 3 * i;
+  Vec3 step = options_.time_step * along;
+  if (along.norm() < options_.rest_speed * sigma_[i] && sigma_[i] < kGrown * wanted_radius(i)) {
+    const Vec3 before = sigma_[i] * Vec3(last[0], last[1], last[2]);
+    step = shortened(step + options_.momentum * (before - before.dot(normal) * normal), kMaxDrift * sigma_[i]);
+  }
+  for (int a = 0; a < 3; ++a) last[a] = static_cast<float>(step[a] / sigma_[i]);
+  return step;
+}
+
+/// A radius after one step towards the wanted energy [WH94], capped in its change.
+double Floaters::next_radius(std::size_t i, const Repulsion& r) const {
+  const double beta = options_.beta / wanted_radius(i), wanted = options_.wanted_energy * options_.alpha;
+  const double rate = -options_.energy_feedback * (r.energy - wanted) / (r.energy_slope + beta);
+  const double most = options_.radius_step * sigma_[i];
+  return std::min(sigma_[i] + std::clamp(rate * options_.time_step, -most, most), 1.5 * largest_radius());
+}
+
 /// Constraint (2.1) with the repulsion as desired velocity, radii by their energies; one Euler step.
 void Floaters::move(const field::Field& surface, double dt, FloaterStep& report) {
   if (points_.empty()) return;
@@ -245,7 +265,7 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
 
   SurfacePoints next = points_;
   std::vector<double> next_sigma = sigma_;
-  const double h = options_.time_step, wanted_energy = options_.wanted_energy * options_.alpha;
+  const double h = options_.time_step;
   struct Sum {
     std::size_t singular = 0, moving = 0;
     double speed = 0;
@@ -263,13 +283,7 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
       const Vec3 n_i = g / slope;
       const Repulsion r = repulsion(points_, sigma_, options_.alpha, i, neighbours_.of(i));
       const Vec3 along = shortened(r.velocity - r.velocity.dot(n_i) * n_i, kMaxMove * sigma_[i] / h);
-      float* drift = drift_.data() + 3 * i;
-      Vec3 step = h * along;
-      if (along.norm() < options_.rest_speed * sigma_[i] && sigma_[i] < kGrown * wanted_radius(i)) {
-        const Vec3 before = sigma_[i] * Vec3(drift[0], drift[1], drift[2]);
-        step = shortened(step + options_.momentum * (before - before.dot(n_i) * n_i), kMaxDrift * sigma_[i]);
-      }
-      for (int a = 0; a < 3; ++a) drift[a] = static_cast<float>(step[a] / sigma_[i]);
+      const Vec3 step = drift(i, n_i, along);
       // (2.1) split by what drives it: repulsion and feedback run in the particles' time, the surface in its own.
       const Vec3 home = h * options_.feedback * newton_step(box_, p, f, g);
       const Vec3 carried = dt == 0 ? Vec3(Vec3::Zero()) : Vec3(-dt * jets.time(i) / slope * n_i);
@@ -278,10 +292,7 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
       next.set_normal(i, n_i);
       speed_[i] = along.norm() / sigma_[i];
       energy_[i] = r.energy;
-      const double beta = options_.beta / wanted_radius(i);
-      const double rate = -options_.energy_feedback * (r.energy - wanted_energy) / (r.energy_slope + beta);
-      const double most = options_.radius_step * sigma_[i];
-      next_sigma[i] = std::min(sigma_[i] + std::clamp(rate * h, -most, most), 1.5 * largest_radius());
+      next_sigma[i] = next_radius(i, r);
       sum.moving += speed_[i] > options_.rest_speed;
       sum.speed += speed_[i];
     }

@@ -16,6 +16,8 @@
 
 namespace meniscus::sample {
 
+struct Repulsion;
+
 /// The constants of [WH94 §4-5]; defaults are the paper's. Lengths are world units.
 struct FloaterOptions {
   enum class Method {
@@ -103,6 +105,8 @@ class Floaters {
   struct Motion;
   void search(const field::Field& surface, FloaterStep& report);
   bool recover(const field::Field& surface, const field::JetBatch& jets, FloaterStep& report);
+  Vec3 drift(std::size_t i, const Vec3& normal, const Vec3& along);
+  double next_radius(std::size_t i, const Repulsion& r) const;
   void move(const field::Field& surface, double dt, FloaterStep& report);
   void divide_global(const field::Field& surface, FloaterStep& report);
   void populate(const field::Field& surface, FloaterStep& report);
