@@ -115,7 +115,10 @@ void BooleanVerb::run(Session& session) const {
   } else {
     if (blend) throw UsageError("--blend joins points; " + (first ? b : a) + " is none, or --mesh was asked for");
     if (io::format_of_path(session.output()) == "msurf")
-      throw UsageError("an .msurf holds points; these surfaces give a mesh");
+      throw UsageError("an .msurf holds points, but " +
+                       (mesh ? "--mesh was asked for"
+                             : (first ? b : a) + " is no cloud of a surface (points with radii are particles: "
+                                                 "`meniscus fit` makes them a surface)"));
     const bool open = first.has_value() || second.has_value();
     const auto field = [&](std::optional<pointset::Solid>& points, const std::string& path) {
       return points ? pointset::field_of(*points) : scene::SurfaceSource({path}, {}, control).open({}, control).field;

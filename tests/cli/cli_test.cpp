@@ -109,22 +109,6 @@ TEST(CommandLine, StdoutIsDataAndReportsAreJson) {
   EXPECT_EQ(nlohmann::json::parse(failed.out)["status"], "error");
 }
 
-TEST(CommandLine, SameBytesForAnyThreadCount) {
-  const Scratch s;
-  std::string one;
-  for (const int threads : {1, 2, 3, 5, 8}) {
-    const std::string out = s / (std::to_string(threads) + ".obj");
-    // The command line in the header differs; -q keeps stderr silent, the body must be equal.
-    ASSERT_EQ(
-        meniscus_program("mesh " + kScenes + "csg_part.json -q -o " + out + " --threads " + std::to_string(threads)).code,
-        0);
-    std::string body = contents(out);
-    body = body.substr(body.find("\nv "));
-    if (one.empty()) one = body;
-    EXPECT_TRUE(body == one) << threads << " threads";
-  }
-}
-
 TEST(CommandLine, ParametersOfAScene) {
   const Scratch s;
   const auto volume = [&](const std::string& bore) {

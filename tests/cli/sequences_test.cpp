@@ -264,21 +264,6 @@ TEST(SampleVerb, ExactCountEvenAndOnTheSurface) {
   EXPECT_LE(sampling["max_distance"].get<double>(), 1e-9 * 5);
 }
 
-TEST(SampleVerb, SameBitsForAnyThreadCount) {
-  const Scratch s;
-  std::string one;
-  for (const int threads : {1, 2, 3, 5, 8}) {
-    const std::string out = s / (std::to_string(threads) + ".csv");
-    ASSERT_EQ(meniscus_program("sample " + kScenes + "two_blobs.json --count 200 -q -o " + out + " --threads " +
-                               std::to_string(threads))
-                  .code,
-              0);
-    const std::string body = contents(out);
-    if (one.empty()) one = body;
-    EXPECT_TRUE(body == one) << threads << " threads";
-  }
-}
-
 TEST(SampleVerb, BadInputIsAnErrorNotAHang) {
   const Scratch s;
   const std::string scene = kScenes + "two_blobs.json -q -o " + (s / "p.ply");

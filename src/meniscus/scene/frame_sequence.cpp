@@ -78,12 +78,14 @@ void make_frames(FrameMaker& maker, const std::vector<long>& frames, const Seque
   const Names names(output.meshes, frames.size());
   std::optional<Names> grids;
   if (output.grids) grids.emplace(*output.grids, frames.size());
-  io::WriteOptions write = output.write, replace = output.write;
+  io::WriteOptions write = output.write;
   write.comments.clear();  // the command line differs between a run and its --resume; the frames must not
   write.overwrite = output.write.overwrite || (output.resume && names.sequence());
+  io::WriteOptions replace = write;
   replace.overwrite = true;
 
-  io::Manifest manifest(io::manifest_path(output.meshes), settings);
+  // Of the output only the name counts: a folder may be moved between runs.
+  io::Manifest manifest(io::manifest_path(output.meshes), settings + " " + fs::path(output.meshes).filename().string());
   const SavedState saved(maker, sequence_stem(output.meshes));
   const bool resume = output.resume && names.sequence();
   const std::size_t first = resume ? resumed(maker, frames, manifest, saved, run) : 0;

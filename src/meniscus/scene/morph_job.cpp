@@ -34,9 +34,8 @@ void run_morph_job(const field::Field& from, const field::Field& to, const Morph
   std::vector<long> frames(static_cast<std::size_t>(options.morph.frames));
   std::iota(frames.begin(), frames.end(), 1);
   const band::MorphOptions& m = options.morph;
-  const nlohmann::json settings{{"shapes", options.shapes}, {"voxel", m.voxel},
-                                {"frames", m.frames},       {"fps", m.fps},
-                                {"tension", m.tension},     {"output", options.output.meshes}};
+  const nlohmann::json settings{
+      {"shapes", options.shapes}, {"voxel", m.voxel}, {"frames", m.frames}, {"fps", m.fps}, {"tension", m.tension}};
   write_sequence(
       morph, frames, options.output, settings.dump(),
       [&](const FrameRecord& record) {

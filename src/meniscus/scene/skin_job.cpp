@@ -26,7 +26,6 @@ std::string settings_text(const io::ParticleSequence& particles, const SkinJobOp
   j["droplets"] = s.keep_droplets;
   j["substeps"] = s.max_substeps;
   j["fps"] = o.output.fps;
-  j["output"] = name(o.output.meshes);
   for (const long f : particles.frames()) j["inputs"].push_back({f, name(particles.file(f))});
   return j.dump();
 }

@@ -64,7 +64,6 @@ std::string settings_text(const SurfaceSource& source, const TrackJobOptions& op
                          {"redistribution", o.redistribution},
                          {"checker", number(o.checker)},
                          {"start", options.start ? io::fingerprint_of_file(*options.start) : ""},
-                         {"output", std::filesystem::path(options.output.meshes).filename().string()},
                          {"first", frames.front()}};
   return j.dump();
 }
