@@ -1,6 +1,7 @@
 // Even points on an implicit surface, from nothing: spread() against CGAL make_surface_mesh on the same functions in one
 // run. A step of floaters: neighbour grid against all pairs, and how it grows with their number, on 2 and on 1,000 blobs.
-// Usage: bench_sample [--json FILE] [--points N] [--full]
+// Usage: bench_sample [--json FILE] [--points N] [--full] [--steps]
+//        --full: a million floaters too; --steps: floaters alone
 //        bench_sample --seeds N [--mesh FILE]: evenness alone, the worst of N seeds on each surface and on a mesh
 #include <meniscus/base/random.h>
 #include <meniscus/field/blobs.h>
@@ -277,13 +278,14 @@ nlohmann::json steps(bool full) {
 
 int main(int argc, char** argv) {
   double points = 20000;
-  bool full = false;
+  bool full = false, only_steps = false;
   int seeds = 0;
   std::string json, mesh;
   for (int i = 1; i < argc; ++i) {
     if (i + 1 < argc && std::strcmp(argv[i], "--seeds") == 0) seeds = std::stoi(argv[i + 1]);
     if (i + 1 < argc && std::strcmp(argv[i], "--mesh") == 0) mesh = argv[i + 1];
     if (std::strcmp(argv[i], "--full") == 0) full = true;
+    if (std::strcmp(argv[i], "--steps") == 0) only_steps = true;
     if (i + 1 < argc && std::strcmp(argv[i], "--points") == 0) points = std::stod(argv[i + 1]);
     if (i + 1 < argc && std::strcmp(argv[i], "--json") == 0) json = argv[i + 1];
   }
@@ -291,7 +293,7 @@ int main(int argc, char** argv) {
   if (seeds > 0) {
     out["even_over_seeds"] = even_over_seeds(seeds, mesh);
   } else {
-    out["even_points"] = even_points(points);
+    if (!only_steps) out["even_points"] = even_points(points);
     out["steps"] = steps(full);
   }
   if (!json.empty()) std::ofstream(json) << out.dump(2) << "\n";

@@ -1,4 +1,7 @@
+#include <meniscus/base/random.h>
+#include <meniscus/field/cpu.h>
 #include <meniscus/sample/repulsion.h>
+#include <meniscus/sample/repulsion_kernel.h>
 
 #include <gtest/gtest.h>
 
@@ -65,6 +68,37 @@ TEST(Repulsion, DoesNotActThroughAThinBody) {
   p.push_back({0, 0, 0.1}, Vec3::UnitZ());
   p.push_back({0, 0, -0.1}, -Vec3::UnitZ());
   EXPECT_EQ(at(p, {1, 1}, 0).energy, 0);
+}
+
+TEST(Repulsion, SameBitsOnEveryProcessor) {
+  SurfacePoints p;
+  std::vector<double> sigma;
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const auto u = random_uniform(2, i, 0), v = random_uniform(2, i, 1);
+    p.push_back(3 * Vec3(u[0], u[1], u[2]), Vec3(v[0] - 0.5, v[1] - 0.5, 1).normalized());
+    sigma.push_back(0.5 + v[2]);
+    if (i > 0) list.push_back(i);
+  }
+  const repulsion_kernel::Input in{p.x.data(),   p.y.data(),  p.z.data(),
+                                   p.nx.data(),  p.ny.data(), p.nz.data(),
+                                   sigma.data(), kAlpha,      kRepulsionReach * kRepulsionReach};
+  const auto numbers = [&](repulsion_kernel::Kernel kernel, std::uint32_t count) {
+    const repulsion_kernel::Sums s = kernel(in, 0, list.data(), count);
+    return std::vector<double>{s.px, s.py, s.pz, s.energy, s.moment};
+  };
+  // Every length of the last group.
+  for (std::uint32_t count = 0; count < list.size(); ++count) {
+    const auto plain = numbers(repulsion_kernel::sums<field::packet::Sse2>, count);
+    if (field::has_avx2()) EXPECT_EQ(numbers(repulsion_kernel::sums_avx2, count), plain) << count;
+    if (field::has_avx512()) EXPECT_EQ(numbers(repulsion_kernel::sums_avx512, count), plain) << count;
+    double energy = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const double r2 = (p.position(0) - p.position(list[k])).squaredNorm();
+      energy += kAlpha * same_sheet(p, 0, list[k]) * std::exp(-0.5 * r2 / (sigma[0] * sigma[0]));
+    }
+    EXPECT_NEAR(plain[3], energy, 1e-11);
+  }
 }
 
 }  // namespace

@@ -18,15 +18,14 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kOnSurface = 1e-12;  // of the box diameter
-constexpr double kSkin = 0.4;         // radii that neighbour lists reach beyond the repulsion
-constexpr double kTornSkin = 1.2;     // of the listed reach: what even a single particle may not exceed
-constexpr double kStray = 0.5;        // radii off the surface at which feedback gives way to Newton steps
-constexpr double kMaxDrift = 0.4;     // radii per step, near equilibrium
-constexpr double kGrown = 2;          // wanted radii below which particles have momentum: those above have to split first
-constexpr double kMaxMove = 1.0;      // radii per step, along the surface
-constexpr double kPushApart = 0.5;    // radii between a parent and each child
-constexpr double kSingular = 1e-9;    // |∇F| over its mean
+constexpr double kOnSurface = 1e-12;     // of the box diameter
+constexpr double kStray = 0.5;           // radii off the surface at which feedback gives way to Newton steps
+constexpr double kMaxDrift = 0.4;        // radii per step, near equilibrium
+constexpr double kGrown = 2;             // wanted radii below which particles have momentum: those above have to split first
+constexpr double kMaxMove = 1.0;         // radii per step, along the surface
+constexpr double kPushApart = 0.5;       // radii between a parent and each child
+constexpr std::size_t kManyBirths = 32;  // more than one to this many: lists are found anew, not mended
+constexpr double kSingular = 1e-9;       // |∇F| over its mean
 constexpr double kTilePerRadius2 = 3.523;  // area a particle at rest holds, in σ²
 
 void check(const Box& box, const FloaterOptions& o) {
@@ -68,16 +67,20 @@ double Floaters::largest_radius() const {
   return options_.largest_radius.value_or(std::max(0.5 * surface_size_, 1.5 * options_.radius));
 }
 
-void Floaters::add(const Vec3& position, const Vec3& normal, std::optional<double> radius) {
+void Floaters::append(const Vec3& position, const Vec3& normal, double radius) {
   points_.push_back(position, normal);
-  sigma_.push_back(radius.value_or(largest_radius()));
+  sigma_.push_back(radius);
   energy_.push_back(0);
   speed_.push_back(std::numeric_limits<double>::infinity());
   drift_.insert(drift_.end(), 3, 0.0F);
   if (!options_.density.uniform()) wanted_.push_back(options_.radius);
   id_.push_back(next_id_++);
   ++unsorted_;
-  lists_valid_ = false;
+}
+
+void Floaters::add(const Vec3& position, const Vec3& normal, std::optional<double> radius) {
+  append(position, normal, radius.value_or(largest_radius()));
+  neighbours_.clear();
 }
 
 FloaterStep Floaters::step(const field::Field& surface, double dt) {
@@ -166,62 +169,25 @@ bool Floaters::recover(const field::Field& surface, const field::JetBatch& jets,
   SurfacePoints moved = points_.gathered(stray);
   const std::vector<std::uint8_t> arrived =
       project(surface, box_, {.tolerance = 1e-3 * options_.radius, .max_distance = 0.25 * box_.diameter()}, moved, run_);
-  std::vector<std::uint8_t> kept(points_.size(), 1);
+  std::vector<std::uint32_t> lost;
   for (std::size_t k = 0; k < stray.size(); ++k) {
     const std::uint32_t i = stray[k];
-    // ∇F = 0 on the surface itself is a singular point, not a lost one.
-    if (!arrived[k] && !(jets.gradient(i).norm() == 0 && jets.value(i) == 0)) {
-      kept[i] = 0;
+    if (arrived[k]) {
+      put(i, moved.position(k), moved.normal(k));
+    } else if (jets.gradient(i).norm() != 0 || jets.value(i) != 0) {
+      // ∇F = 0 on the surface itself is a singular point, not a lost one.
+      lost.push_back(i);
       report.lost.push_back(id_[i]);
-      continue;
     }
-    if (!arrived[k]) continue;
-    points_.set_position(i, moved.position(k));
-    points_.set_normal(i, moved.normal(k));
   }
-  lists_valid_ = false;
-  keep(kept);
+  remove(lost);
   return true;
 }
 
 void Floaters::update_neighbours() {
-  const std::size_t n = points_.size();
-  bool valid = lists_valid_ && anchor_.size() == n;
-  if (valid) {
-    // A list is surely complete while what its two ends moved and grew stays within the skin. A few fast particles may be
-    // beyond: what they miss lies at the rim, where E is 0.1 % of alpha.
-    struct Wear {
-      double worst = 0;
-      std::size_t beyond = 0;
-    };
-    const Wear wear = parallel_reduce(
-        n, 4096, run_, Wear{},
-        [&](std::size_t begin, std::size_t end) {
-          Wear w;
-          for (std::size_t i = begin; i < end; ++i) {
-            const double gone = (points_.position(i) - anchor_.position(i)).norm();
-            const double share = (kRepulsionReach * sigma_[i] + 2 * gone) / reach_[i];
-            w.worst = std::max(w.worst, share);
-            w.beyond += share > 1;
-          }
-          return w;
-        },
-        [](Wear a, const Wear& b) {
-          return Wear{std::max(a.worst, b.worst), a.beyond + b.beyond};
-        });
-    valid = wear.worst <= kTornSkin && 100 * wear.beyond <= n;
-  }
-  if (valid) return;
-  if (10 * unsorted_ > n) {
-    const double cell = *std::min_element(sigma_.begin(), sigma_.end());
-    reorder(spatial_order(points_.positions(), 2 * cell));
-    unsorted_ = 0;
-  }
-  reach_ = sigma_;
-  for (double& r : reach_) r *= kRepulsionReach + kSkin;
-  neighbours_ = find_neighbours(points_.positions(), reach_, run_);
-  anchor_ = points_;
-  lists_valid_ = true;
+  if (neighbours_.mend(points_, sigma_, run_)) return;
+  if (10 * unsorted_ > points_.size()) sort();
+  neighbours_.find(points_, sigma_, run_);
 }
 
 /// The way that repulsion asks for, with momentum where a grown particle is nearly at rest; remembers it.
@@ -288,7 +254,10 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
       const Vec3 home = h * options_.feedback * newton_step(box_, p, f, g);
       const Vec3 carried = dt == 0 ? Vec3(Vec3::Zero()) : Vec3(-dt * jets.time(i) / slope * n_i);
       const Vec3 q = (p + step + home + carried).cwiseMax(box_.min).cwiseMin(box_.max);
-      next.set_position(i, q.allFinite() ? q : p);
+      if (q.allFinite()) {
+        next.set_position(i, q);
+        neighbours_.moved(i, q - p);
+      }
       next.set_normal(i, n_i);
       speed_[i] = along.norm() / sigma_[i];
       energy_[i] = r.energy;
@@ -311,9 +280,7 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
 /// Fission and death of the particles near equilibrium.
 void Floaters::populate(const field::Field& surface, FloaterStep& report) {
   const double wanted_energy = options_.wanted_energy * options_.alpha;
-  std::vector<std::uint32_t> parents;
-  std::vector<std::uint8_t> kept(points_.size(), 1);
-  bool deaths = false;
+  std::vector<std::uint32_t> parents, dying;
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     if (speed_[i] >= options_.rest_speed) continue;  // a newcomer has not moved yet: infinite
     const double radius = wanted_radius(i), smallest = options_.death_radius * radius;
@@ -321,14 +288,12 @@ void Floaters::populate(const field::Field& surface, FloaterStep& report) {
       parents.push_back(i);
     } else if (sigma_[i] < smallest &&
                random_uniform(run_.seed(), static_cast<std::uint64_t>(id_[i]), step_)[0] > sigma_[i] / smallest) {
-      kept[i] = 0;
-      deaths = true;
+      dying.push_back(i);
       report.died.push_back(id_[i]);
     }
   }
   split(surface, parents, report);
-  kept.resize(points_.size(), 1);
-  if (deaths) keep(kept);
+  remove(dying);
 }
 
 /// The simple scheme: one radius; when all rest, every particle splits and the radius shrinks.
@@ -361,6 +326,7 @@ void Floaters::split(const field::Field& surface, const std::vector<std::uint32_
     children.push_back(points_.position(i) - aside, points_.normal(i));
   }
   if (children.empty()) return;
+  if (kManyBirths * births > points_.size()) neighbours_.clear();
   const std::vector<std::uint8_t> arrived =
       project(surface, box_, {.tolerance = 1e-3 * options_.radius, .max_distance = 0.5 * box_.diameter()}, children, run_);
   for (std::size_t k = 0; k < births; ++k) {
@@ -371,25 +337,46 @@ void Floaters::split(const field::Field& surface, const std::vector<std::uint32_
     };
     if (options_.method == FloaterOptions::Method::Adaptive) sigma_[i] /= std::numbers::sqrt2;
     if (!landed(2 * k) || !landed(2 * k + 1)) continue;
-    points_.set_position(i, children.position(2 * k));
-    points_.set_normal(i, children.normal(2 * k));
-    add(children.position(2 * k + 1), children.normal(2 * k + 1), sigma_[i]);
+    append(points_.position(i), points_.normal(i), sigma_[i]);
+    neighbours_.born(i);
     if (!wanted_.empty()) wanted_.back() = wanted_[i];
+    put(i, children.position(2 * k), children.normal(2 * k));
+    put(points_.size() - 1, children.position(2 * k + 1), children.normal(2 * k + 1));
     report.born.push_back(id_.back());
   }
-  lists_valid_ = false;
 }
 
-void Floaters::keep(const std::vector<std::uint8_t>& kept) {
-  std::vector<std::uint32_t> order;
-  for (std::uint32_t i = 0; i < points_.size(); ++i)
-    if (kept[i]) order.push_back(i);
-  if (order.size() == points_.size()) return;
-  reorder(order);
-  lists_valid_ = false;
+void Floaters::put(std::size_t i, const Vec3& position, const Vec3& normal) {
+  neighbours_.moved(i, position - points_.position(i));
+  points_.set_position(i, position);
+  points_.set_normal(i, normal);
 }
 
-void Floaters::reorder(std::span<const std::uint32_t> order) {
+/// Removes particles; the last ones take their places.
+void Floaters::remove(std::span<const std::uint32_t> rising) {
+  for (std::size_t k = rising.size(); k-- > 0;) {
+    const std::size_t i = rising[k], last = points_.size() - 1;
+    points_.set_position(i, points_.position(last));
+    points_.set_normal(i, points_.normal(last));
+    points_.resize(last);
+    for (auto* values : {&sigma_, &energy_, &speed_, &wanted_}) {
+      if (values->empty()) continue;  // wanted_ of an even density
+      (*values)[i] = values->back();
+      values->pop_back();
+    }
+    std::copy_n(drift_.end() - 3, 3, drift_.begin() + static_cast<std::ptrdiff_t>(3 * i));
+    drift_.resize(3 * last);
+    id_[i] = id_.back();
+    id_.pop_back();
+    neighbours_.died(i);
+  }
+  unsorted_ += rising.size();
+}
+
+/// Puts the particles in spatial order, so that neighbours lie close by in memory.
+void Floaters::sort() {
+  const double cell = 2 * *std::min_element(sigma_.begin(), sigma_.end());
+  const std::vector<std::uint32_t> order = spatial_order(points_.positions(), cell);
   points_ = points_.gathered(order);
   sigma_ = gathered(sigma_, order);
   energy_ = gathered(energy_, order);
@@ -400,13 +387,13 @@ void Floaters::reorder(std::span<const std::uint32_t> order) {
   drift_ = std::move(drift);
   if (!wanted_.empty()) wanted_ = gathered(wanted_, order);
   id_ = gathered(id_, order);
+  unsorted_ = 0;
 }
 
 std::size_t Floaters::bytes() const {
-  const std::size_t doubles = 6 * (points_.x.capacity() + anchor_.x.capacity()) + sigma_.capacity() + energy_.capacity() +
-                              speed_.capacity() + wanted_.capacity() + reach_.capacity() + id_.capacity();
-  return 8 * doubles + 4 * drift_.capacity() + 8 * neighbours_.first.capacity() + 4 * neighbours_.count.capacity() +
-         4 * neighbours_.index.capacity();
+  const std::size_t numbers = 6 * points_.x.capacity() + sigma_.capacity() + energy_.capacity() + speed_.capacity() +
+                              wanted_.capacity() + id_.capacity();
+  return 8 * numbers + 4 * drift_.capacity() + neighbours_.bytes();
 }
 
 std::vector<double> Floaters::spacing() const {

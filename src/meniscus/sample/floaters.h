@@ -6,7 +6,7 @@
 #include <meniscus/points/cloud.h>
 #include <meniscus/sample/density.h>
 #include <meniscus/sample/evenness.h>
-#include <meniscus/sample/neighbour_grid.h>
+#include <meniscus/sample/lasting_neighbours.h>
 #include <meniscus/sample/surface_points.h>
 
 #include <cstddef>
@@ -63,7 +63,7 @@ struct FloaterStep {
 ///
 /// Pose the field at time t, call step(field, dt), pose it at t + dt, and so on; the field's own rates carry the particles
 /// along. Ids persist; births and deaths are reported. Deterministic for any thread count (random numbers from the control's
-/// seed, the id and the step). About 145 bytes a particle, its neighbours included 260.
+/// seed, the id and the step). About 190 bytes a particle at rest, its neighbours included.
 class Floaters {
  public:
   /// Throws InvalidInput for a radius that is not positive, constants that make the steps unstable, or a box that is empty
@@ -111,8 +111,10 @@ class Floaters {
   void divide_global(const field::Field& surface, FloaterStep& report);
   void populate(const field::Field& surface, FloaterStep& report);
   void split(const field::Field& surface, const std::vector<std::uint32_t>& parents, FloaterStep& report);
-  void keep(const std::vector<std::uint8_t>& kept);
-  void reorder(std::span<const std::uint32_t> order);
+  void append(const Vec3& position, const Vec3& normal, double radius);
+  void put(std::size_t i, const Vec3& position, const Vec3& normal);
+  void remove(std::span<const std::uint32_t> rising);
+  void sort();
   void update_neighbours();
   std::vector<double> spacing() const;
   double wanted_radius(std::size_t i) const { return wanted_.empty() ? options_.radius : wanted_[i]; }
@@ -133,12 +135,8 @@ class Floaters {
   bool capped_ = false;
   double global_radius_ = 0;
   double surface_size_ = 0;
-  std::size_t unsorted_ = 0;  // births since the particles were last put in spatial order
-
-  Neighbours neighbours_;
-  SurfacePoints anchor_;  // where the neighbours were when the lists were built
-  std::vector<double> reach_;
-  bool lists_valid_ = false;
+  std::size_t unsorted_ = 0;  // births and deaths since the particles were last put in spatial order
+  LastingNeighbours neighbours_;
 };
 
 }  // namespace meniscus::sample
