@@ -2,7 +2,8 @@
 // anew: our own particle surface, and OpenVDB's ParticlesToLevelSet with three Gaussian passes. Without --particles: two
 // drops that collide and merge, 200 frames, and the volume of every component.
 // Usage: bench_skin_quality [--particles FILE-OR-PATTERN --radius R --voxel H --fps F --min-neighbours N] [--frames N]
-//        [--tension B] [--first F] [--still rest|coast] [--thin F] [--openvdb no] [--csv FILE] [--svg FILE --title TEXT]
+//        [--tension B] [--inner R] [--first F] [--still rest|coast] [--thin F] [--openvdb no] [--csv FILE] [--svg FILE
+//        --title TEXT]
 // --still makes a run of frame --first alone: its particles rest, or go straight on with their velocities (the frame as it
 // is stands in the middle). --thin takes every second particle away from frame F on and lets the others have their liquid.
 #include <meniscus/band/particle_shells.h>
@@ -29,7 +30,7 @@ namespace {
 
 struct Settings {
   std::string particles, csv, svg, still, title = "Skin, and surfaces made anew in every frame";
-  double radius = 0.75, voxel = 0.375, fps = 1;
+  double radius = 0.75, voxel = 0.375, fps = 1, inner = 0;
   std::optional<double> tension;
   int min_neighbours = 0;
   std::size_t frames = 200, first = 1, thin = 0;
@@ -183,6 +184,7 @@ Settings parse(int argc, char** argv) {
     if (key == "--first") s.first = std::stoul(value);
     if (key == "--thin") s.thin = std::stoul(value);
     if (key == "--tension") s.tension = std::stod(value);
+    if (key == "--inner") s.inner = std::stod(value);
   }
   return s;
 }
@@ -204,6 +206,7 @@ int main(int argc, char** argv) {
   options.radius = s.radius;
   options.voxel = s.voxel;
   options.tension = s.tension;
+  options.shells.inner = s.inner;
   options.surface.min_neighbours = s.min_neighbours;
   band::Skin skin(options);
   Stateless anew, openvdb_anew;

@@ -45,11 +45,12 @@ template <class Rule>
 void reshape(Band& band, const std::vector<std::size_t>& bricks, const ParticleSurface& spheres, double scale,
              const RunControl& run, const Rule& rule) {
   const double reach = static_cast<double>(band.background());
+  const RunControl alone({.threads = 1, .seed = 0, .on_progress = {}});  // bricks are worked on side by side as it is
   parallel_for(bricks.size(), 4, run, [&](std::size_t n) {
     field::PositionBatch x(Band::kBrickNodes);
     for (int i = 0; i < 512; ++i) x.set(static_cast<std::size_t>(i), band.position(bricks[n], i >> 6, i >> 3 & 7, i & 7));
     std::vector<double> d(Band::kBrickNodes);
-    spheres.sphere_distance(x.view(), scale, reach, d);
+    spheres.sphere_distance(x.view(), scale, reach, d, alone);
     const auto part = band.values().subspan(bricks[n] * Band::kBrickNodes, Band::kBrickNodes);
     for (std::size_t i = 0; i < d.size(); ++i) part[i] = rule(part[i], static_cast<float>(std::max(d[i], -reach)));
   });
