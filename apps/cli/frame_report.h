@@ -22,7 +22,10 @@ struct SequenceFlags {
         "the same vertices from frame to frame, with ids; meshed anew only where the surface tears, joins or stretches");
     verb.add_flag("--resume", resume, "go on after the last frame that an earlier run of the same settings finished");
   }
-  scene::SequenceOutput output(const Session& session) const {
+  /// Throws UsageError for an output of several frames without a place for the number.
+  scene::SequenceOutput output(const Session& session, const std::vector<long>& frames) const {
+    for (const std::string& name : {session.output(), grids})
+      if (!name.empty()) output_paths(name, frames);
     scene::SequenceOutput o;
     o.meshes = session.output();
     if (!grids.empty()) o.grids = grids;

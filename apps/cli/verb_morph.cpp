@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <numeric>
 
 namespace meniscus::cli {
 namespace {
@@ -46,7 +47,9 @@ void MorphVerb::run(Session& session) const {
   job.morph.frames = frames;
   job.morph.fps = sequence.fps;
   job.morph.tension = tension;
-  job.output = sequence.output(session);
+  std::vector<long> numbers(static_cast<std::size_t>(frames));
+  std::iota(numbers.begin(), numbers.end(), 1);
+  job.output = sequence.output(session, numbers);
   job.shapes = io::fingerprint_of_file(from) + " " + io::fingerprint_of_file(to) + " " + std::to_string(radius.value_or(0));
   session.report()["frames"] = nlohmann::json::array();
   bool grown = false;

@@ -36,7 +36,7 @@ double free_memory() {
 
 scene::SkinJobOptions SkinVerb::options(Session& session, const io::ParticleSequence& sequence) const {
   scene::SkinJobOptions o;
-  o.output = output.output(session);
+  o.output = output.output(session, sequence.frames());
   band::SkinOptions& s = o.skin;
   const auto known = radius ? radius : scene::default_radius(sequence.read(sequence.frames().front()));
   if (!known) throw UsageError("the particles do not tell their radius: give --radius");

@@ -7,9 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <thread>
 
 namespace meniscus::band {
 namespace {
@@ -149,6 +151,59 @@ TEST(Skin, SavedAndResumedIsUninterrupted) {
   second.resume(Band(first.band().grid()), first.state(), colliding(2), 1);
   for (int f = 3; f < 6; ++f) second.advance(colliding(f), 1);
   EXPECT_EQ(fingerprint(second.band()), fingerprint(whole.band()));
+}
+
+TEST(Skin, IsAsBeforeAfterAFrameThatWasCancelled) {
+  // Cancelled earlier and later in the frame until it gets through; then all is as if it had never been tried.
+  const auto frame = [](int f) {
+    points::Cloud cloud = colliding(f);
+    std::vector<std::size_t> keep;
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      if (f < 3 || i % 5 != 0) keep.push_back(i);  // some go: volumes are owed
+    return points::gathered(cloud, keep);
+  };
+  Skin calm(settings()), tried(settings());
+  for (int f = 0; f < 4; ++f) calm.advance(frame(f), 1);
+  for (int f = 0; f < 3; ++f) tried.advance(frame(f), 1);
+  int cancelled = 0;
+  for (auto wait = std::chrono::microseconds(200);; wait += std::chrono::microseconds(1000) + wait / 40) {
+    const RunControl run;
+    std::thread other([&] {
+      std::this_thread::sleep_for(wait);
+      run.cancel();
+    });
+    bool through = true;
+    try {
+      tried.advance(frame(3), 1, run);
+    } catch (const Cancelled&) {
+      through = false;
+      ++cancelled;
+    }
+    other.join();
+    if (through) break;
+  }
+  EXPECT_GT(cancelled, 0);
+  EXPECT_EQ(fingerprint(tried.band()), fingerprint(calm.band()));
+  for (int f = 4; f < 6; ++f) {
+    const SkinReport a = tried.advance(frame(f), 1), b = calm.advance(frame(f), 1);
+    EXPECT_EQ(fingerprint(tried.band()), fingerprint(calm.band()));
+    EXPECT_EQ(a.flicker, b.flicker);
+    EXPECT_EQ(a.velocity_residual, b.velocity_residual);
+    EXPECT_EQ(a.volume_goal, b.volume_goal);
+    EXPECT_EQ(a.matched, b.matched);
+  }
+}
+
+TEST(Skin, AFirstFrameThatFailsLeavesNoSkin) {
+  Skin skin(settings());
+  const RunControl run;
+  run.cancel();
+  EXPECT_THROW(skin.start(colliding(0), 1, run), Cancelled);
+  EXPECT_FALSE(skin.started());
+  skin.advance(colliding(0), 1);
+  const std::uint64_t was = fingerprint(skin.band());
+  EXPECT_THROW(skin.start(colliding(3), 1, run), Cancelled);
+  EXPECT_EQ(fingerprint(skin.band()), was);
 }
 
 /// The largest way, voxels, of the surface `to` from the surface `from`.

@@ -96,6 +96,24 @@ TEST(SkinVerb, BadInputIsAnError) {
   EXPECT_EQ(meniscus_program(kSkin + "--frames 90-91 -o " + (s / "o.####.ply")).code, 3);
   EXPECT_EQ(meniscus_program("skin " + kDrops + " --radius -1 -o " + (s / "o.####.ply")).code, 2);
   EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(s / "x").parent_path()));
+  write(s / "no_frames.lammpstrj", "");
+  EXPECT_EQ(meniscus_program("skin " + (s / "no_frames.lammpstrj") + " --radius 1 -o " + (s / "o.####.ply")).code, 3);
+}
+
+TEST(Sequences, AnOutputWithoutAPlaceForTheNumberIsAUsageErrorUnlessThereIsOneFrame) {
+  const Scratch s;
+  const std::string one = s / "one.ply", two = s / "o.####.ply --vdb " + (s / "one.vdb");
+  const std::string skin = kSkin + "--frames 7-8 ", morph = "morph " + kScenes + "ball.json " + kScenes + "six_lobes.json ",
+                    track = "track " + kScenes + "translating_blob.json ";
+  for (const std::string& verb : {skin, morph, track})
+    for (const std::string& output : {one, two}) {
+      const auto r = meniscus_program(verb + "-o " + output);
+      EXPECT_EQ(r.code, 2) << verb << output;
+      EXPECT_NE(r.err.find("####"), std::string::npos) << r.err;
+    }
+  EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(one).parent_path()));
+  EXPECT_EQ(meniscus_program(kSkin + "--frames 8 -o " + one).code, 0);
+  EXPECT_EQ(meniscus_program("check " + one).code, 0);
 }
 
 TEST(SkinVerb, OneParticleAndCoincidentParticlesGiveABall) {

@@ -183,6 +183,7 @@ void Evolver::settle_topology(const RunControl& run) {
 void Evolver::renew(const RunControl& run) {
   redistance(band_, run);
   travelled_ = 0;
+  way_ = 0;
   settle_topology(run);
 }
 

@@ -132,11 +132,17 @@ void Skin::set_strategies(double frame_duration) {
 }
 
 SkinReport Skin::start(const points::Cloud& particles, double frame_duration, const RunControl& run) {
+  Skin fresh(options_);
+  const SkinReport report = fresh.begin(particles, frame_duration, run);
+  *this = std::move(fresh);
+  return report;
+}
+
+SkinReport Skin::begin(const points::Cloud& particles, double frame_duration, const RunControl& run) {
   if (!(frame_duration > 0) || !std::isfinite(frame_duration)) throw InvalidInput("a frame must last longer than nothing");
-  now_ = particle_frame(particles, options_.radius);
-  cloud_ = particles;
+  ParticleFrame now = particle_frame(particles, options_.radius);
   SkinReport report;
-  const auto surface = target(now_.state, run);
+  const auto surface = target(now.state, run);
   evolver_ = std::make_unique<Evolver>(surface->band(voxel_, options_.max_bricks, run), evolving(frame_duration));
   set_strategies(frame_duration);
   pull_->surface = surface;
@@ -147,59 +153,70 @@ SkinReport Skin::start(const points::Cloud& particles, double frame_duration, co
   }
   bound(*surface, run);
 
-  const ParticleState& s = now_.state;
+  const ParticleState& s = now.state;
   const double cell = options_.carry.value_or(8 * options_.radius);
   carry_ = std::make_shared<VelocityGrid>(s.position, s.velocity, s.weight, cell);
   local_ = std::make_shared<VelocityGrid>(s.position, s.velocity, s.weight, 2 * options_.radius);
   report.strays = surface->strays();
   report.substeps = 1;
-  last_.reset();
-  second_last_.reset();
-  before_.reset();
-  thrown_.clear();
-  owed_ = 1;
-  finish(*surface, report, run);
+  finish(*surface, std::move(now), particles, report, run);
   return report;
 }
 
+/// All that go_on() changes before it is through.
+struct Skin::Before {
+  Evolver evolver;
+  double frame, owed, before_step;
+  std::shared_ptr<const VelocityGrid> carry, local;
+  std::optional<Band> before;
+};
+
 SkinReport Skin::advance(const points::Cloud& particles, double frame_duration, const RunControl& run) {
   if (!started()) return start(particles, frame_duration, run);
-  const Evolver good = *evolver_;
+  Before good{*evolver_, frame_, owed_, before_step_, carry_, local_, std::move(before_)};
   try {
-    SkinReport report;
-    ParticleFrame next = particle_frame(particles, options_.radius);
-    const ParticleMotion motion(now_, next, frame_duration);
-    set_strategies(frame_duration);
-    const int substeps =
-        std::clamp(static_cast<int>(std::ceil(motion.typical_speed() * frame_duration / voxel_)), 1, options_.max_substeps);
-    std::shared_ptr<ParticleSurface> surface;
-    for (int i = 0; i < substeps; ++i) {
-      const ParticleState state = motion.at((i + 1.0) / substeps);
-      surface = target(state, run);
-      pull_->surface = surface;
-      const double cell = options_.carry.value_or(8 * options_.radius);
-      carry_ = std::make_shared<VelocityGrid>(state.position, state.velocity, state.weight, cell);
-      pull_->carry = carry_;
-      if (i + 1 == substeps)
-        local_ = std::make_shared<VelocityGrid>(state.position, state.velocity, state.weight, 2 * options_.radius);
-      before_ = evolver_->band();
-      before_step_ = frame_duration / substeps;
-      report.seeded += seed(*surface, run);
-      live(before_step_, report, run);
-      bound(*surface, run);
-    }
-    report.substeps = substeps;
-    report.matched = motion.matched();
-    report.strays = surface->strays();
-    if (options_.hold_volume) adopt_births(next, good.band(), report, run);
-    now_ = std::move(next);
-    cloud_ = particles;
-    finish(*surface, report, run);
-    return report;
+    return go_on(particles, frame_duration, good.evolver.band(), run);
   } catch (...) {
-    *evolver_ = good;
+    *evolver_ = std::move(good.evolver);
+    frame_ = good.frame;
+    owed_ = good.owed;
+    before_step_ = good.before_step;
+    carry_ = std::move(good.carry);
+    local_ = std::move(good.local);
+    before_ = std::move(good.before);
     throw;
   }
+}
+
+SkinReport Skin::go_on(const points::Cloud& particles, double frame_duration, const Band& was, const RunControl& run) {
+  SkinReport report;
+  ParticleFrame next = particle_frame(particles, options_.radius);
+  const ParticleMotion motion(now_, next, frame_duration);
+  set_strategies(frame_duration);
+  const int substeps =
+      std::clamp(static_cast<int>(std::ceil(motion.typical_speed() * frame_duration / voxel_)), 1, options_.max_substeps);
+  std::shared_ptr<ParticleSurface> surface;
+  for (int i = 0; i < substeps; ++i) {
+    const ParticleState state = motion.at((i + 1.0) / substeps);
+    surface = target(state, run);
+    pull_->surface = surface;
+    const double cell = options_.carry.value_or(8 * options_.radius);
+    carry_ = std::make_shared<VelocityGrid>(state.position, state.velocity, state.weight, cell);
+    pull_->carry = carry_;
+    if (i + 1 == substeps)
+      local_ = std::make_shared<VelocityGrid>(state.position, state.velocity, state.weight, 2 * options_.radius);
+    before_ = evolver_->band();
+    before_step_ = frame_duration / substeps;
+    report.seeded += seed(*surface, run);
+    live(before_step_, report, run);
+    bound(*surface, run);
+  }
+  report.substeps = substeps;
+  report.matched = motion.matched();
+  report.strays = surface->strays();
+  if (options_.hold_volume) adopt_births(next, was, report, run);
+  finish(*surface, std::move(next), particles, report, run);
+  return report;
 }
 
 /// Lets the strategies and the tension act. Tension shrinks a small drop faster than the held volume may push within a step:
@@ -263,7 +280,9 @@ void Skin::adopt_births(const ParticleFrame& next, const Band& was, const SkinRe
   evolver_->set_goals(goals);
 }
 
-void Skin::finish(const ParticleSurface& surface, SkinReport& report, const RunControl& run) {
+/// Tells of the frame and makes it the skin's own; what a later frame reads changes only when nothing can fail any more.
+void Skin::finish(const ParticleSurface& surface, ParticleFrame now, points::Cloud cloud, SkinReport& report,
+                  const RunControl& run) {
   evolver_->renew(run);
   const Band& b = band();
   const std::vector<double> depth = depth_of_particles(b, surface, run);
@@ -279,8 +298,8 @@ void Skin::finish(const ParticleSurface& surface, SkinReport& report, const RunC
   }
   report.components = evolver_->components(run).size();
   report.active_nodes = b.active_nodes();
-  report.particles = now_.state.size();
-  report.dropped = now_.dropped;
+  report.particles = now.state.size();
+  report.dropped = now.dropped;
   if (last_ && second_last_) report.flicker = flicker(*second_last_, *last_, b, run);
   double off = 0;
   std::size_t counted = 0;
@@ -292,17 +311,24 @@ void Skin::finish(const ParticleSurface& surface, SkinReport& report, const RunC
     ++counted;
   }
   if (counted > 0) report.velocity_residual = off / static_cast<double>(counted) / voxel_;
-  // Where this frame's surface says it will be next.
-  const Crossings c = find_crossings(b, run);
-  thrown_.clear();
+  std::vector<Vec3> thrown = thrown_ahead(run);
+  std::optional<Band> last = b;
+  thrown_ = std::move(thrown);
+  second_last_ = std::move(last_);
+  last_ = std::move(last);
+  now_ = std::move(now);
+  cloud_ = std::move(cloud);
+}
+
+/// Where this frame's surface says it will be next.
+std::vector<Vec3> Skin::thrown_ahead(const RunControl& run) const {
+  if (!before_) return {};
+  const Crossings c = find_crossings(band(), run);
   std::vector<Vec3> x;
   for (std::size_t i = 0; i < c.size(); i += kResidualStride) x.push_back(c.x.view()[i]);
-  if (before_) {
-    const std::vector<Vec3> v = velocities(x, run);
-    for (std::size_t i = 0; i < x.size(); ++i) thrown_.push_back(x[i] + frame_ * v[i]);
-  }
-  second_last_ = std::move(last_);
-  last_ = b;
+  const std::vector<Vec3> v = velocities(x, run);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += frame_ * v[i];
+  return x;
 }
 
 std::vector<Vec3> Skin::velocities(std::span<const Vec3> at, const RunControl& run) const {

@@ -66,7 +66,7 @@ class Skin {
   /// Throws InvalidInput for settings without meaning.
   explicit Skin(SkinOptions options);
 
-  /// The first frame: the particles' own surface, brought to rest. May be empty.
+  /// The first frame: the particles' own surface, brought to rest. May be empty. On any exception the skin is as before.
   SkinReport start(const points::Cloud& particles, double frame_duration, const RunControl& run = {});
   /// The next frame, `frame_duration` seconds later. On any exception the skin is as before.
   SkinReport advance(const points::Cloud& particles, double frame_duration, const RunControl& run = {});
@@ -96,7 +96,12 @@ class Skin {
   std::shared_ptr<ParticleSurface> target(const ParticleState& particles, const RunControl& run) const;
   EvolverOptions evolving(double frame_duration) const;
   void set_strategies(double frame_duration);
-  void finish(const ParticleSurface& surface, SkinReport& report, const RunControl& run);
+  struct Before;
+  SkinReport begin(const points::Cloud& particles, double frame_duration, const RunControl& run);
+  SkinReport go_on(const points::Cloud& particles, double frame_duration, const Band& was, const RunControl& run);
+  void finish(const ParticleSurface& surface, ParticleFrame now, points::Cloud cloud, SkinReport& report,
+              const RunControl& run);
+  std::vector<Vec3> thrown_ahead(const RunControl& run) const;
   void live(double duration, SkinReport& report, const RunControl& run);
   std::size_t seed(const ParticleSurface& surface, const RunControl& run);
   void bound(const ParticleSurface& surface, const RunControl& run);

@@ -56,6 +56,7 @@ std::size_t resumed(FrameMaker& maker, const std::vector<long>& frames, io::Mani
   while (first < frames.size() && manifest.has(frames[first])) ++first;
   while (first > 0 && !saved.exists(frames[first - 1])) --first;
   if (first > 0) maker.load(saved.stem(frames[first - 1]), first - 1, run);
+  for (std::size_t i = 0; i + 1 < first; ++i) saved.remove(frames[i]);  // a run killed after its manifest leaves one
   return first;
 }
 

@@ -79,9 +79,6 @@ void LivingSurface::dress(mesh::Mesh& mesh, const RunControl& run) const {
 
 void write_sequence(LivingSurface& surface, const std::vector<long>& frames, const SequenceOutput& output,
                     const std::string& settings, const std::function<void(const FrameRecord&)>& on_frame, RunControl run) {
-  for (const std::string& name : {output.meshes, output.grids.value_or(output.meshes)})
-    if (!io::FramePattern::parse(name))
-      throw InvalidInput("'" + name + "' has no place for the frame number: write, say, skin.####.ply");
   LivingFrames maker(surface, frames, output);
   make_frames(maker, frames, output, settings + (output.persistent ? " persistent" : ""), on_frame, run);
 }

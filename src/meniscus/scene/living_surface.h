@@ -31,7 +31,7 @@ class LivingSurface {
 /// The mesh of a band, made anew: closed, with N.
 mesh::Mesh mesh_of(const band::Band& band, const RunControl& run = {});
 
-/// Lives through `frames` and writes each: see make_frames(). The output must have a place for the frame number.
+/// Lives through `frames` and writes each: see make_frames().
 void write_sequence(LivingSurface& surface, const std::vector<long>& frames, const SequenceOutput& output,
                     const std::string& settings, const std::function<void(const FrameRecord&)>& on_frame = {},
                     RunControl run = {});
