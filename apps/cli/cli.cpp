@@ -137,6 +137,13 @@ void Session::warn(const std::string& code, const std::string& message, const st
   if (!quiet_) fmt::print(stderr, "meniscus: warning: {}{}{}\n", where, where.empty() ? "" : ": ", message);
 }
 
+void Session::warn(const io::ReadReport& read) {
+  const nlohmann::json& told = report_["warnings"];
+  for (const io::Warning& w : read.warnings)
+    if (std::none_of(told.begin(), told.end(), [&](const auto& t) { return t["code"] == w.code && t["where"] == w.where; }))
+      warn(w.code, w.message, w.where);
+}
+
 void Session::timing(const std::string& stage) {
   const auto now = std::chrono::steady_clock::now();
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
@@ -217,7 +224,9 @@ scene::SourceOptions SurfaceInput::options() const {
 
 scene::SurfaceSource SurfaceInput::open(Session& session, const RunControl& run) const {
   for (const std::string& f : files_) session.add_input(f);
-  return scene::SurfaceSource(files_, options(), run);
+  scene::SourceOptions o = options();
+  o.on_read = [&session](const io::ReadReport& read) { session.warn(read); };
+  return scene::SurfaceSource(files_, std::move(o), run);
 }
 
 std::vector<std::string> output_paths(const std::string& output, const std::vector<long>& frames) {

@@ -69,6 +69,8 @@ class Session {
   void add_output_file(const std::string& path, const points::Cloud& cloud, std::optional<long> frame = {});
   void add_output_file(const std::string& path);
   void warn(const std::string& code, const std::string& message, const std::string& where = {});
+  /// What a reader noticed, once a file and code however often the file is read.
+  void warn(const io::ReadReport& read);
   /// Notes how long the stage since the last call (or the start) took.
   void timing(const std::string& stage);
   /// A line for people, on stderr; silent with -q.

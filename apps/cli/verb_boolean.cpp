@@ -35,11 +35,13 @@ struct BooleanVerb {
 };
 
 /// The point-set surface in a file; nothing if it holds something else.
-std::optional<pointset::Solid> points_in(const std::string& path, const RunControl& run) {
+std::optional<pointset::Solid> points_in(const std::string& path, Session& session, const RunControl& run) {
   const std::string format = io::format_of_path(path);
   if (format == "json" || format == "vdb") return std::nullopt;
   if (format == "msurf") return io::read_msurf(path);
-  io::Geometry g = io::read_geometry(path);
+  io::ReadReport read;
+  io::Geometry g = io::read_geometry(path, {}, &read);
+  session.warn(read);
   if (g.kind == io::Geometry::Kind::Mesh && !g.mesh.triangles.empty()) return std::nullopt;
   if (g.cloud.attributes.has(attribute::kRadius)) return std::nullopt;
   return scene::point_surface(std::move(g.cloud), path, {}, nullptr, run);
@@ -108,7 +110,7 @@ void BooleanVerb::run(Session& session) const {
   const RunControl control = session.run();
   session.add_input(a);
   session.add_input(b);
-  auto first = points_in(a, control.part(0, 0.15)), second = points_in(b, control.part(0.15, 0.3));
+  auto first = points_in(a, session, control.part(0, 0.15)), second = points_in(b, session, control.part(0.15, 0.3));
   if (first && second && !mesh) {
     session.timing("read");
     join_points(std::move(*first), std::move(*second), session, control);

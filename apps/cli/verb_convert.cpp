@@ -38,7 +38,7 @@ void ConvertVerb::run(Session& session) const {
     control.progress(static_cast<double>(i) / static_cast<double>(paths.size()), "convert");
     io::ReadReport report;
     const io::Geometry g = sequence.read_geometry(sequence.frames()[i], &report);
-    for (const auto& w : report.warnings) session.warn(w.code, w.message, w.where);
+    session.warn(report);
     io::write_geometry(paths[i], g, write);
     const auto frame = single ? std::nullopt : std::optional<long>(sequence.frames()[i]);
     if (g.kind == io::Geometry::Kind::Mesh)

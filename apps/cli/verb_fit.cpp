@@ -66,7 +66,7 @@ void FitVerb::run(Session& session) const {
   if (io::format_of_path(session.output()) != "msurf") throw UsageError("the output of fit is an .msurf file");
   io::ReadReport read;
   points::Cloud cloud = scene::points_of(io::read_geometry(input, {}, &read));
-  for (const auto& w : read.warnings) session.warn(w.code, w.message, w.where);
+  session.warn(read);
   session.timing("read");
   const auto start = std::chrono::steady_clock::now();
   scene::PointSurfaceReport report;

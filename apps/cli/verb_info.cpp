@@ -63,7 +63,7 @@ void info(const std::string& path, Session& session) {
     io::ReadReport read;
     const std::size_t frames = io::count_frames(path);
     const io::Geometry g = io::read_geometry(path, {}, &read);
-    for (const auto& w : read.warnings) session.warn(w.code, w.message, w.where);
+    session.warn(read);
     const bool mesh = g.kind == io::Geometry::Kind::Mesh;
     const Attributes& attributes = mesh ? g.mesh.attributes : g.cloud.attributes;
     const std::size_t points = mesh ? g.mesh.positions.size() : g.cloud.size();

@@ -35,6 +35,7 @@ void MorphVerb::run(Session& session) const {
   session.add_input(to);
   scene::SourceOptions source;
   source.radius = radius;
+  source.on_read = [&session](const io::ReadReport& read) { session.warn(read); };
   const scene::Surface a = scene::SurfaceSource({from}, source, control.part(0, 0.05)).open({}, control);
   const scene::Surface b = scene::SurfaceSource({to}, source, control.part(0.05, 0.1)).open({}, control);
   session.timing("read");

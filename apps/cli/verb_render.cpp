@@ -1,6 +1,7 @@
 #include "cli.h"
 
 #include <meniscus/io/atomic_file.h>
+#include <meniscus/io/msurf.h>
 #include <meniscus/polygonize/polygonize.h>
 #include <meniscus/render/png.h>
 #include <meniscus/render/render.h>
@@ -55,7 +56,7 @@ struct RenderVerb {
   };
 
   void parse();
-  Shot shot_at(std::optional<long> frame, const RunControl& run) const;
+  Shot shot_at(std::optional<long> frame, Session& session, const RunControl& run) const;
   render::Material material_or(const render::Material& otherwise) const;
   void add_file(const std::string& path, const io::Geometry& geometry, render::Scene& scene) const;
   void add_point_surface(pointset::Solid solid, Shot& shot) const;
@@ -164,7 +165,7 @@ void RenderVerb::upsample_clouds(Shot& shot, const render::Camera& eye, Session&
   }
 }
 
-RenderVerb::Shot RenderVerb::shot_at(std::optional<long> frame, const RunControl& run) const {
+RenderVerb::Shot RenderVerb::shot_at(std::optional<long> frame, Session& session, const RunControl& run) const {
   Shot v;
   std::size_t next = 0;
   for (const std::string& path : files) {
@@ -174,13 +175,18 @@ RenderVerb::Shot RenderVerb::shot_at(std::optional<long> frame, const RunControl
       continue;
     }
     const bool is_sequence = io::FramePattern::parse(path) || io::count_frames(path) > 1;
-    if (upsample > 0 && is_sequence)
-      add_point_surface(
-          scene::point_surface(scene::points_of(sequences_[next++].read_geometry(*frame)), path, {}, nullptr, run), v);
-    else if (upsample > 0)
-      add_point_surface(scene::read_point_surface(path, {}, nullptr, run), v);
+    if (upsample > 0 && format == "msurf") {
+      add_point_surface(io::read_msurf(path), v);
+      continue;
+    }
+    io::ReadReport read;
+    const io::Geometry g =
+        is_sequence ? sequences_[next++].read_geometry(*frame, &read) : io::read_geometry(path, {}, &read);
+    session.warn(read);
+    if (upsample > 0)
+      add_point_surface(scene::point_surface(scene::points_of(g), path, {}, nullptr, run), v);
     else
-      add_file(path, is_sequence ? sequences_[next++].read_geometry(*frame) : io::read_geometry(path), v.scene);
+      add_file(path, g, v.scene);
   }
   color(v.scene);
   v.scene.ground.visible = !no_ground;
@@ -243,10 +249,10 @@ void RenderVerb::run(Session& session) {
   const auto frame = [&](std::size_t i) { return list.empty() ? std::nullopt : std::optional<long>(list[i]); };
 
   // One camera for all frames, so that only the subject moves.
-  Shot first = shot_at(frame(0), control);
+  Shot first = shot_at(frame(0), session, control);
   Box bounds = render::subject_bounds(first.scene);
   for (std::size_t i = 1; i < count && camera.empty(); ++i)
-    bounds.extend(render::subject_bounds(shot_at(frame(i), control).scene));
+    bounds.extend(render::subject_bounds(shot_at(frame(i), session, control).scene));
   if (bounds.empty()) session.warn("empty", "there is nothing to see");
   const render::Camera eye = camera_for(first.scene, bounds, count > 1);
   session.timing("read");
@@ -257,7 +263,7 @@ void RenderVerb::run(Session& session) {
     const RunControl part = control.part(static_cast<double>(i) / n, static_cast<double>(i + 1) / n);
     render::RenderReport report;
     Shot later;
-    if (i > 0) later = shot_at(frame(i), part);
+    if (i > 0) later = shot_at(frame(i), session, part);
     Shot& shot = i == 0 ? first : later;
     upsample_clouds(shot, eye, session, part);
     const render::Image image = render::render(shot.scene, eye, options_, &report, part);

@@ -68,6 +68,7 @@ void SculptVerb::run(Session& session) const {
                               s.report.seconds_dynamics + s.report.seconds_points));
   };
   const scene::SculptJobReport report = scene::run_sculpt_job(cloud, commands, options, on_stroke, run);
+  session.warn(report.read);
   warn_about(report.normals, cloud, session);
   for (const scene::SculptJobFrame& f : report.frames)
     session.report()["outputs"].push_back(

@@ -109,7 +109,7 @@ void SkinVerb::run(Session& session) const {
     lost = std::max(lost, f.skin.lost);
   };
   const io::ReadReport reading = scene::run_skin_job(sequence, job, on_frame, control);
-  for (const auto& w : reading.warnings) session.warn(w.code, w.message, w.where);
+  session.warn(reading);
   if (dropped > 0)
     session.warn("dropped-particles", fmt::format("{} particles with unusable numbers were left out", dropped));
   if (lost > 0)

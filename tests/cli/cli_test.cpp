@@ -109,6 +109,29 @@ TEST(CommandLine, StdoutIsDataAndReportsAreJson) {
   EXPECT_EQ(nlohmann::json::parse(failed.out)["status"], "error");
 }
 
+TEST(CommandLine, WhatReadersLeaveOutIsToldByEveryVerb) {
+  const Scratch s;
+  write(s / "particles.csv", "x,y,z\n0,0,0\n0.5,0,0\n0,0.5,nan\n");
+  write(s / "cloud.csv",
+        "x,y,z,nx,ny,nz\n1,0,0,1,0,0\n-1,0,0,-1,0,0\n0,1,0,0,1,0\n0,-1,0,0,-1,0\n0,0,1,0,0,1\n0,0,-1,0,0,-1\n"
+        "nan,1,1,1,0,0\n");
+  const std::string particles = s / "particles.csv", cloud = s / "cloud.csv";
+  for (const std::string& line :
+       {"info " + particles, "mesh " + particles + " --radius 0.4 -o " + (s / "m.ply"),
+        "sample " + particles + " --radius 0.4 --count 50 -o " + (s / "s.ply"),
+        "morph " + particles + " " + kScenes + "ball.json --frames 2 --voxel 0.2 -o " + (s / "o.####.ply"),
+        "convert " + particles + " -o " + (s / "c.ply"),
+        "render " + particles + " --size 20x20 --samples 1 -o " + (s / "r.png"), "fit " + cloud + " -o " + (s / "f.msurf"),
+        "boolean union " + cloud + " " + cloud + " -o " + (s / "b.msurf")}) {
+    const auto r = meniscus_program(line + " --json");
+    ASSERT_EQ(r.code, 0) << line << "\n" << r.err;
+    std::size_t told = 0;
+    const auto report = nlohmann::json::parse(r.out);
+    for (const auto& w : report["warnings"]) told += w["code"] == "dropped-points";
+    EXPECT_EQ(told, 1u) << line << "\n" << r.out;
+  }
+}
+
 TEST(CommandLine, ParametersOfAScene) {
   const Scratch s;
   const auto volume = [&](const std::string& bore) {

@@ -231,7 +231,9 @@ TEST(MorphVerb, VerticesPersistWhereTheTopologyStays) {
                                   "six_lobes.json --frames 12 --voxel 0.1 --persistent --json -q -o " + (s / "m.####.ply"));
   ASSERT_EQ(r.code, 0) << r.err;
   EXPECT_EQ(meniscus_program("check '" + (s / "m.####.ply") + "'").code, 0);
-  for (const auto& f : nlohmann::json::parse(r.out)["frames"]) EXPECT_NE(f["remeshed"], "topology");
+  const auto report = nlohmann::json::parse(r.out);
+  ASSERT_EQ(report["frames"].size(), 12u);
+  for (const auto& f : report["frames"]) EXPECT_NE(f["remeshed"], "topology");
   const auto first = ids_of(s / "m.0001.ply"), second = ids_of(s / "m.0004.ply");
   EXPECT_TRUE(first == second);
 }

@@ -10,27 +10,32 @@
 
 namespace meniscus::scene {
 
+namespace {
+
+/// The points of a file with unit normals, ready to be fitted: a mesh's vertices take the normals of its faces.
+points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOptions& options, SculptJobReport& report,
+                             const RunControl& run) {
+  points::Cloud cloud = points_of(io::read_geometry(path, {}, &report.read));
+  cloud.attributes.erase(attribute::kRadius);  // told the spacing of a sampling, which strokes change
+  try {
+    return pointset::with_normals(cloud, options, &report.normals, run);
+  } catch (const InvalidInput& e) {
+    throw IoError(path, e.what());
+  }
+}
+
+}  // namespace
+
 std::string motion_path(const std::string& output, long frame) {
   const std::filesystem::path path(output);
   const std::string name = path.stem().string() + ".####" + path.extension().string();
   return io::FramePattern::parse((path.parent_path() / name).string())->path(frame);
 }
 
-points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOptions& options, pointset::NormalReport* report,
-                             const RunControl& run) {
-  points::Cloud cloud = points_of(io::read_geometry(path));
-  cloud.attributes.erase(attribute::kRadius);  // told the spacing of a sampling, which strokes change
-  try {
-    return pointset::with_normals(cloud, options, report, run);
-  } catch (const InvalidInput& e) {
-    throw IoError(path, e.what());
-  }
-}
-
 SculptJobReport run_sculpt_job(const std::string& input, const SculptScript& script, const SculptJobOptions& options,
                                const std::function<void(const SculptJobStroke&)>& on_stroke, RunControl run) {
   SculptJobReport report;
-  const points::Cloud cloud = oriented_cloud(input, options.normals, &report.normals, run.part(0, 0.05));
+  const points::Cloud cloud = oriented_cloud(input, options.normals, report, run.part(0, 0.05));
   pointset::SculptorOptions sculpting;
   sculpting.fit = options.fit;
   sculpting.fit.outlier_ratio = 0;  // with_normals has left them out

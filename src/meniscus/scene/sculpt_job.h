@@ -37,6 +37,7 @@ struct SculptJobFrame {
 };
 
 struct SculptJobReport {
+  io::ReadReport read;
   pointset::NormalReport normals;
   pointset::FitReport fit;
   std::vector<SculptJobStroke> strokes;
@@ -47,10 +48,6 @@ struct SculptJobReport {
 
 /// "out.ply" -> "out.0007.ply".
 std::string motion_path(const std::string& output, long frame);
-
-/// The points of a file with unit normals, ready to be fitted: a mesh's vertices take the normals of its faces.
-points::Cloud oriented_cloud(const std::string& path, const pointset::NormalOptions& options, pointset::NormalReport* report,
-                             const RunControl& run = {});
 
 /// Fits the cloud `input`, does the commands in order and writes the result. Throws IoError, InvalidInput, Cancelled; then
 /// the final cloud is not written.

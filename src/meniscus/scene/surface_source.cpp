@@ -69,13 +69,16 @@ SurfaceSource::SurfaceSource(const std::vector<std::string>& inputs, SourceOptio
     return;
   }
   if (one_file && io::count_frames(inputs_[0]) <= 1) {
-    io::Geometry g = io::read_geometry(inputs_[0]);
+    io::ReadReport read;
+    io::Geometry g = io::read_geometry(inputs_[0], {}, &read);
     if (holds_faces(g)) {
+      told(read);
       kind_ = Kind::Mesh;
       field_ = field_from_mesh(g.mesh, inputs_[0], options_.voxel, run);
       return;
     }
     if (!options_.radius && !options_.frames && is_point_surface(g.cloud)) {
+      told(read);
       kind_ = Kind::Points;
       open_ = true;
       field_ = pointset::field_of(point_surface(std::move(g.cloud), inputs_[0], {}, nullptr, run));
@@ -133,7 +136,9 @@ Surface SurfaceSource::open(std::optional<long> frame, const RunControl& run) co
   Surface s;
   if (sequence_) {
     run.check();
-    s.particles = sequence_->read(frame.value_or(sequence_->frames().front()));
+    io::ReadReport read;
+    s.particles = sequence_->read(frame.value_or(sequence_->frames().front()), &read);
+    told(read);
     s.field = field_from_particles(s.particles, options_.radius);
     s.voxel = smallest_radius(s.particles, options_.radius) / kVoxelsPerRadius;
     return s;

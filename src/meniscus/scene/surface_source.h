@@ -5,6 +5,7 @@
 #include <meniscus/io/sequence.h>
 #include <meniscus/scene/document.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,8 +21,9 @@ struct SourceOptions {
   std::vector<std::pair<std::string, double>> set;  ///< scene parameters to change before anything is built
   std::optional<std::vector<long>> frames;          ///< wanted frames of a moving scene or a sequence
   io::Missing missing = io::Missing::Error;
-  std::optional<double> time;  ///< seconds, for a scene without frames; 0 when not given
-  std::optional<double> fps;   ///< overrides the scene's; 24 for sequences
+  std::optional<double> time;                          ///< seconds, for a scene without frames; 0 when not given
+  std::optional<double> fps;                           ///< overrides the scene's; 24 for sequences
+  std::function<void(const io::ReadReport&)> on_read;  ///< is told of every file of points or faces that was read
 };
 
 /// A field and a cell size that suits it.
@@ -59,6 +61,10 @@ class SurfaceSource {
   const Document* document() const { return document_ ? &*document_ : nullptr; }
 
  private:
+  void told(const io::ReadReport& read) const {
+    if (options_.on_read) options_.on_read(read);
+  }
+
   Kind kind_ = Kind::Scene;
   std::vector<std::string> inputs_;
   SourceOptions options_;
