@@ -52,13 +52,33 @@ TEST(Holes, OfAThinBodyLieOnItsSurface) {
   for (std::size_t k = 0; k < probes.size(); ++k) {
     double nearest = 1e300;
     for (std::size_t i = 0; i < p.size(); ++i)
-      if (probes.normal(k).dot(p.normal(i)) > -0.25)
-        nearest = std::min(nearest, (p.position(i) - probes.position(k)).norm());
+      if (probes.normal(k).dot(p.normal(i)) > -0.5) nearest = std::min(nearest, (p.position(i) - probes.position(k)).norm());
     truth = std::max(truth, nearest / s.report.spacing);
   }
   ASSERT_FALSE(holes.empty());
   EXPECT_NEAR(holes.front().radius, truth, 0.15 * truth);
   for (const Hole& h : holes) EXPECT_LT(std::abs(value_at(*plate, h.center)), 1e-6);
+}
+
+TEST(Holes, AroundARimAreEmptyOfAllThatRepel) {
+  // What stands around the rim of a thin plate counts while it would still push (up to 120°).
+  const auto plate = field::ellipsoid(test::at(0, 0, 0), test::at(1, 1, 0.05));
+  const Box box = Box::around(Vec3::Zero(), 1.2);
+  const Sampling s = spread(*plate, box, {.spacing = 0.15});
+  const SurfacePoints p = points_of(s.cloud);
+  const std::vector<double> all(p.size(), s.report.spacing);
+  const std::vector<CellMeasure> cells = measure_cells(p, all, cell_neighbours(p, all), box);
+  int seen = 0;
+  for (const Hole& h : holes_of(*plate, box, p, s.report.spacing, 0)) {
+    if (!cells[h.particle].bent && !cells[h.particle].open) continue;
+    ++seen;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      const Vec3 d = p.position(i) - h.center, m = p.normal(i);
+      if (same_sheet(h.normal.x(), h.normal.y(), h.normal.z(), m.x(), m.y(), m.z()) > 0)
+        EXPECT_GE(d.norm() * arc_over_chord(d, h.normal, m), (h.radius - 1e-9) * s.report.spacing);
+    }
+  }
+  EXPECT_GT(seen, 50);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <meniscus/sample/holes.h>
 #include <meniscus/sample/neighbour_grid.h>
 #include <meniscus/sample/point_hash.h>
+#include <meniscus/sample/projection.h>
 #include <meniscus/sample/relax.h>
 
 #include <algorithm>
@@ -12,7 +13,8 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kApart = 1.5;  // spacings between two changes of one round
+constexpr double kApart = 1.5;   // spacings between two changes of one round
+constexpr double kTwins = 0.05;  // spacings below which two points are one
 constexpr RelaxOptions kSettle{.reach = 2, .steps = 5, .momentum = 0.8};
 
 std::vector<CellMeasure> cells_of(const Population& p, const Box& box, const RunControl& run) {
@@ -156,6 +158,27 @@ std::size_t fill_holes(const field::Field& surface, const Box& box, double large
   const std::size_t filled = insert(surface, box, max_count - p.points.size(), largest / std::sqrt(3.0), p, run);
   if (filled > 0) sort_spatially(p);
   return filled;
+}
+
+std::size_t land(const field::Field& surface, const Box& box, double tolerance, Population& p, const RunControl& run) {
+  if (p.points.empty()) return 0;
+  const double reach = *std::max_element(p.spacing.begin(), p.spacing.end());
+  const std::vector<std::uint8_t> arrived =
+      project(surface, box, {.tolerance = tolerance, .max_distance = reach}, p.points, run);
+  std::vector<std::uint32_t> kept;
+  PointHash hash(box.center(), reach);
+  for (std::uint32_t i = 0; i < arrived.size(); ++i) {
+    const double apart = kTwins * p.spacing[i];
+    const auto twin = [&](std::uint32_t k) {
+      return (p.points.position(kept[k]) - p.points.position(i)).norm() < apart &&
+             p.points.normal(kept[k]).dot(p.points.normal(i)) > 0;
+    };
+    if (!arrived[i] || hash.any_near(p.points.position(i), apart, twin)) continue;
+    hash.insert(p.points.position(i));
+    kept.push_back(i);
+  }
+  p = p.gathered(kept);
+  return arrived.size() - kept.size();
 }
 
 void sort_spatially(Population& p) {

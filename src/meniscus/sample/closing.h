@@ -43,6 +43,11 @@ bool reach_count(const field::Field& surface, const Box& box, const Density& den
 std::size_t fill_holes(const field::Field& surface, const Box& box, double largest, std::size_t max_count,
                        Population& population, const RunControl& run = {});
 
+/// Puts all points on the surface to `tolerance` (world units) and drops those that cannot be put there, and those that come
+/// down within a twentieth of a spacing of another with a normal to the same side. Returns how many it dropped.
+std::size_t land(const field::Field& surface, const Box& box, double tolerance, Population& population,
+                 const RunControl& run = {});
+
 /// Stores the population in spatial order, so that neighbours are near in memory.
 void sort_spatially(Population& population);
 

@@ -63,7 +63,7 @@ Nearest nearest(const SurfacePoints& points, const Neighbours& neighbours, std::
   Nearest found;
   const auto look_at = [&](std::uint32_t j) {
     const Vec3 d = points.position(j) - q, m = points.normal(j);
-    if (same_sheet(n.x(), n.y(), n.z(), m.x(), m.y(), m.z()) < 0.5) return;
+    if (!(same_sheet(n.x(), n.y(), n.z(), m.x(), m.y(), m.z()) > 0)) return;
     const double length = d.norm() * arc_over_chord(d, n, m);
     Vec3 flat = d - d.dot(n) / 3 * (m - n);
     flat -= flat.dot(n) * n;

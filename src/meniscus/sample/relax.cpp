@@ -12,10 +12,14 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kSkin = 0.15;   // neighbour lists reach this many spacings farther than the kernel
-constexpr double kStale = 0.15;  // mean displacement, in spacings, at which lists are built anew: what a few fast particles
-                                 // miss lies at the rim of the kernel, where the force vanishes
-constexpr double kBent = 0.7;    // cosine between normals of neighbours below which arcs replace chords
+/// Neighbour lists reach `skin` spacings farther than the kernel and are built anew when the points that may move are
+/// displaced by `stale` spacings in the mean. What a few fast ones miss lies at the rim of the kernel, where the force
+/// vanishes; in a patch a few fast ones are all there are.
+struct Upkeep {
+  double skin, stale;
+};
+constexpr Upkeep kEverywhere{0.15, 0.15}, kInPatches{0.25, 0.1};
+constexpr double kBent = 0.7;          // cosine between normals of neighbours below which arcs replace chords
 constexpr double kBentMomentum = 0.5;  // there a displacement soon points off the surface
 constexpr double kMaxMove = 0.2;       // spacings per step
 constexpr double kMaxForce = 0.1;      // the same, for the part that comes from the force alone
@@ -43,6 +47,8 @@ class Relaxation {
         options_(options),
         movable_(movable),
         contact_(options.kernel == RelaxOptions::Kernel::Contact && options.momentum == 0),
+        upkeep_(movable.empty() ? kEverywhere : kInPatches),
+        moving_(movable.empty() ? points.size() : static_cast<std::size_t>(std::count(movable.begin(), movable.end(), 1))),
         kernel_(kernel_for(options.kernel)),
         next_(points) {
     for (auto* a : {&vx_, &vy_, &vz_}) a->assign(points.size(), 0.0);
@@ -52,7 +58,7 @@ class Relaxation {
 
   void run(const RunControl& control) {
     for (int s = 0; s < options_.steps; ++s) {
-      if (moved_ > kStale) rebuild(control);
+      if (moved_ > upkeep_.stale) rebuild(control);
       step(control);
       std::swap(now_, next_);
       std::swap(awake_, woken_);
@@ -63,7 +69,7 @@ class Relaxation {
  private:
   void rebuild(const RunControl& control) {
     std::vector<double> reach(spacing_.begin(), spacing_.end());
-    for (double& r : reach) r *= options_.reach + kSkin;
+    for (double& r : reach) r *= options_.reach + upkeep_.skin;
     neighbours_ = find_neighbours(now_.positions(), reach, control);
     // Only those of the same sheet repel.
     bent_.assign(now_.size(), 0);
@@ -88,7 +94,7 @@ class Relaxation {
     moved_ = parallel_reduce(
         now_.size(), field::kBlock, control, 0.0, [&](std::size_t begin, std::size_t end) { return step_block(begin, end); },
         [](double a, double b) { return a + b; });
-    moved_ /= static_cast<double>(now_.size());
+    moved_ /= static_cast<double>(std::max<std::size_t>(moving_, 1));
   }
 
   /// Whether point i has to be looked at: it may move, and what it touches has moved since it was last at rest.
@@ -202,6 +208,8 @@ class Relaxation {
   const RelaxOptions& options_;
   std::span<const std::uint8_t> movable_;
   bool contact_;  // nothing acts on a point that touches no other: it rests until a neighbour has moved
+  Upkeep upkeep_;
+  std::size_t moving_;  // points that may move
   relax_kernel::PairKernel kernel_;
   SurfacePoints next_;
   std::vector<double> vx_, vy_, vz_;

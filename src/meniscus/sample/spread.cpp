@@ -23,7 +23,6 @@ constexpr int kPilots = 4;
 constexpr int kHealRounds = 3;
 constexpr double kLeap = 4;       // spacings that a point of an earlier arrangement may be from the surface
 constexpr double kCrowded = 0.5;  // spacings to another below which it is dropped
-constexpr double kTwins = 0.05;   // spacings below which two points are one
 constexpr double kVacancy = 1.3;  // empty circles above this, in those of the hexagonal lattice, get a point
 // The closing stage: pairs nearer than this are pushed apart.
 constexpr RelaxOptions kContact{
@@ -162,9 +161,13 @@ class Spreading {
       relax_by({.kernel = Smooth, .reach = 2, .steps = 10, .momentum = 0.8});
     }
     relax_by(kContact);
-    report_.faults = mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count}, population_, run_);
+    mend_faults();
     if (options_.count && population_.points.size() != count)
       reach_count(surface_, box_, options_.density, count, 10, population_, run_);
+  }
+
+  void mend_faults() {
+    report_.faults = mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count}, population_, run_);
   }
 
   void relax_by(const RelaxOptions& stage) {
@@ -176,36 +179,16 @@ class Spreading {
     report_.steps += stage.steps;
   }
 
-  /// Puts all points on the surface and drops those that cannot be, and those that came down on another; returns how many.
-  std::size_t drop_failed() {
-    if (population_.points.empty()) return 0;
-    const double reach = *std::max_element(population_.spacing.begin(), population_.spacing.end());
-    const std::vector<std::uint8_t> arrived =
-        project(surface_, box_, {.tolerance = tolerance_, .max_distance = reach}, population_.points, run_);
-    std::vector<std::uint32_t> kept;
-    PointHash hash(box_.center(), reach);
-    for (std::uint32_t i = 0; i < arrived.size(); ++i) {
-      const SurfacePoints& p = population_.points;
-      const double apart = kTwins * population_.spacing[i];
-      const auto twin = [&](std::uint32_t k) {
-        return (p.position(kept[k]) - p.position(i)).norm() < apart && p.normal(kept[k]).dot(p.normal(i)) > 0;
-      };
-      if (!arrived[i] || hash.any_near(p.position(i), apart, twin)) continue;
-      hash.insert(p.position(i));
-      kept.push_back(i);
-    }
-    population_ = population_.gathered(kept);
-    return arrived.size() - kept.size();
-  }
-
   Sampling finished() {
-    std::size_t failed = drop_failed();
+    std::size_t failed = land(surface_, box_, tolerance_, population_, run_);
     report_.quarantined = failed;
     // What a quarantined point leaves is made good elsewhere, if a count was asked for.
     for (int round = 0; round < kPilots && options_.count && failed > 0; ++round) {
-      reach_count(surface_, box_, options_.density, *options_.count, kPilots, population_, run_);
-      if (!options_.fast) relax_by(kContact);
-      failed = drop_failed();
+      if (options_.fast || options_.steps == 0)
+        reach_count(surface_, box_, options_.density, *options_.count, kPilots, population_, run_);
+      else
+        mend_faults();
+      failed = land(surface_, box_, tolerance_, population_, run_);
     }
     if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);
     if (!population_.points.empty())
