@@ -189,7 +189,7 @@ void SurfaceInput::add_to(CLI::App& verb, bool several_files) {
   files->required();
   if (!several_files) files->expected(1);
   verb.add_option("--radius", radius_,
-                  "radius of particles, world units; default: their own, or 0.75 of the typical spacing");
+                  "radius of particles, world units; default: their own, or 0.75 of the spacing their density tells");
   verb.add_option("--frames", frames_, "frames to do: 1-48, 1-100x2, 5,9,12-20");
   verb.add_option("--missing", missing_, "for a gap in a sequence: error, skip or hold; default error")
       ->check(CLI::IsMember({"error", "skip", "hold"}));

@@ -42,7 +42,7 @@ std::unique_ptr<field::Field> field_from_grid(const std::string& path, const Run
 }
 
 std::optional<double> default_radius(const points::Cloud& cloud) {
-  const double spacing = points::typical_spacing(cloud);
+  const double spacing = points::bulk_spacing(cloud);
   if (!(spacing > 0)) return std::nullopt;
   return kRadiusPerSpacing * spacing;
 }

@@ -21,7 +21,7 @@ std::unique_ptr<field::Field> field_from_grid(const std::string& path, const Run
 
 struct ParticleFieldOptions {
   /// Of every particle, world units: a lone one becomes a sphere of this size. Not given: the attribute pscale, and without
-  /// that 0.75 of the typical distance between neighbours.
+  /// that 0.75 of points::bulk_spacing.
   std::optional<double> radius;
   std::size_t frame = 0;  ///< time step of a file that holds several
 };
