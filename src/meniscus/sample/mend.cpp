@@ -24,7 +24,7 @@ constexpr double kFelt = 2.7;        // and felt
 constexpr double kShake = 0.35;      // spacings
 constexpr double kOnSurface = 1e-6;  // spacings
 constexpr int kCountRounds = 40;
-constexpr int kMaxRounds = 32;
+constexpr int kMaxRounds = 64;
 constexpr int kShakes = 3;  // different strengths
 
 using enum RelaxOptions::Kernel;

@@ -14,7 +14,7 @@ namespace meniscus::sample {
 struct MendOptions {
   double packing = 0.88;                  ///< pairs nearer than this share of the local spacing are faults
   double cover = 1.22;                    ///< empty circles above this, in those of the hexagonal lattice, are faults
-  std::uint32_t attempts = 8;             ///< at each fault; every second one may add or take away a particle
+  std::uint32_t attempts = 16;            ///< at each fault; every second one may add or take away a particle
   std::optional<std::size_t> count = {};  ///< bring the population to this number, where a particle more or less does least
   std::size_t max_count = 0;              ///< never more particles than this
 };
