@@ -55,12 +55,12 @@ TEST(Exponential, SumsOfBlobsHaveTheSameBitsForEveryInstructionSet) {
   for (std::size_t p = 0; p < kPoints; ++p) x.set(p, {uniform(), uniform(), uniform()});
   const BlobRange all{0, kBlobs};
   const double bias[2] = {0.35, 0.1};
-  const SumBlobsTable sse2 = MENISCUS_SUM_BLOBS_TABLE(packet::Sse2);
+  const BlobKernels sse2 = kernel::table<packet::Sse2>();
   for (const std::size_t kind : {std::size_t{0}, std::size_t{1}})
     for (const Order order : {Order::Value, Order::GradientTime, Order::HessianTime}) {
-      const auto summed = [&](const SumBlobsTable& table) {
+      const auto summed = [&](const BlobKernels& kernels) {
         JetBatch out(kPoints, order);
-        table[0][kind](blobs, &all, 1, bias, x.view(), out.view());
+        kernels.sum[0][kind](blobs, &all, 1, bias, x.view(), out.view());
         std::vector<double> rows;
         for (std::size_t r = 0; r < row_count(order); ++r)
           rows.insert(rows.end(), out.view().row(r), out.view().row(r) + kPoints);
@@ -70,8 +70,8 @@ TEST(Exponential, SumsOfBlobsHaveTheSameBitsForEveryInstructionSet) {
       const auto same = [&](const std::vector<double>& rows) {
         return std::memcmp(rows.data(), expected.data(), expected.size() * sizeof(double)) == 0;
       };
-      if (has_avx2()) EXPECT_TRUE(same(summed(kSumBlobsAvx2)));
-      if (has_avx512()) EXPECT_TRUE(same(summed(kSumBlobsAvx512)));
+      if (has_avx2()) EXPECT_TRUE(same(summed(kBlobsAvx2)));
+      if (has_avx512()) EXPECT_TRUE(same(summed(kBlobsAvx512)));
     }
 }
 

@@ -7,6 +7,6 @@ using Avx2 = xsimd::batch<double, xsimd::avx2>;
 
 }  // namespace
 
-const SumBlobsTable kSumBlobsAvx2 = MENISCUS_SUM_BLOBS_TABLE(Avx2);
+const BlobKernels kBlobsAvx2 = kernel::table<Avx2>();
 
 }  // namespace meniscus::field

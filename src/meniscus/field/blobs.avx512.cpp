@@ -14,6 +14,6 @@ using Avx512 = xsimd::batch<double, xsimd::avx512f>;
 
 }  // namespace
 
-const SumBlobsTable kSumBlobsAvx512 = MENISCUS_SUM_BLOBS_TABLE(Avx512);
+const BlobKernels kBlobsAvx512 = kernel::table<Avx512>();
 
 }  // namespace meniscus::field

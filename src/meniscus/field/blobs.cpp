@@ -14,9 +14,12 @@
 namespace meniscus::field {
 namespace {
 
-const SumBlobsTable kSumBlobsSse2 = MENISCUS_SUM_BLOBS_TABLE(packet::Sse2);
+const BlobKernels kBlobsSse2 = kernel::table<packet::Sse2>();
 
-constexpr std::size_t kNarrow = 64;  // points at once whose candidates are narrowed
+const BlobKernels& kernels() { return has_avx512() ? kBlobsAvx512 : has_avx2() ? kBlobsAvx2 : kBlobsSse2; }
+
+constexpr std::size_t kNarrow = 32;  // points at once whose candidates are narrowed
+constexpr std::size_t kShared = 4;   // candidates per point up to which all points of a block share them
 constexpr std::size_t kMany = 48;    // candidates from which on that pays
 
 const SlotInfo kPointSlots[] = {{"center.x", Quantity::Coordinate},
@@ -95,8 +98,11 @@ class BlobSum final : public Field {
   void check() const;
   void refresh();
   BlobArrays arrays() const;
-  void narrow(std::span<const ReachIndex::Range> ranges, const Positions& x, std::vector<BlobRange>& out) const;
+  /// The squared reach in radii that narrowing grants, a hair beyond the kernel's.
+  double narrow_reach2() const { return reach_factor() * reach_factor() * (1 + 1e-9); }
+  std::vector<std::uint32_t> reaching(std::span<const ReachIndex::Range> ranges, const PointBox& box) const;
   void sum(std::span<const ReachIndex::Range> ranges, const Positions& x, const JetView& out) const;
+  void sum_in_groups(const Positions& x, const JetView& out) const;
   Interval item_range(std::uint32_t k, const Box& box) const;
 
   BlobKernel kernel_;
@@ -174,46 +180,31 @@ BlobArrays BlobSum::arrays() const {
   return b;
 }
 
-/// The runs of blobs in `ranges` that may reach a point of x: those whose reach meets the points' box. What is left out adds
-/// nothing anywhere, so sums keep their bits.
-void BlobSum::narrow(std::span<const ReachIndex::Range> ranges, const Positions& x, std::vector<BlobRange>& out) const {
-  out.clear();
-  Box box;
-  for (std::size_t p = 0; p < x.size; ++p) box.extend(x[p]);
-  const double reach2 = reach_factor() * reach_factor() * (1 + 1e-9);
-  const double *cx = q_[0].data(), *cy = q_[1].data(), *cz = q_[2].data(), *inverse = q_[3].data();
-  const auto outside = [](double low, double c, double high) {
-    const double below = low - c, above = c - high, far = below > above ? below : above;
-    return far > 0 ? far : 0;
-  };
-  constexpr std::uint32_t kChunk = 64;
-  double u[kChunk];
+/// The point blobs of `ranges` that may reach the box of x. What is left out adds nothing anywhere, so sums keep their bits.
+std::vector<std::uint32_t> BlobSum::reaching(std::span<const ReachIndex::Range> ranges, const PointBox& box) const {
+  const double reach2 = narrow_reach2();
+  const auto outside = [](double low, double c, double high) { return std::max(0.0, std::max(low - c, c - high)); };
+  std::vector<std::uint32_t> found;
   for (const auto& range : ranges)
-    for (std::uint32_t first = range.begin; first < range.end; first += kChunk) {
-      const std::uint32_t size = std::min(kChunk, range.end - first);
-      for (std::uint32_t k = 0; k < size; ++k) {
-        const std::uint32_t i = first + k;
-        const double dx = outside(box.min.x(), cx[i], box.max.x()), dy = outside(box.min.y(), cy[i], box.max.y()),
-                     dz = outside(box.min.z(), cz[i], box.max.z());
-        u[k] = (dx * dx + dy * dy + dz * dz) * inverse[i];
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      double d2 = 0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double away = outside(box.low[a], q_[a][i], box.high[a]);
+        d2 += away * away;
       }
-      for (std::uint32_t k = 0; k < size; ++k) {
-        if (u[k] > reach2) continue;
-        if (out.empty() || out.back().end != first + k) out.push_back({first + k, first + k});
-        ++out.back().end;
-      }
+      if (d2 * q_[3][i] <= reach2) found.push_back(i);
     }
+  return found;
 }
 
 void BlobSum::sum(std::span<const ReachIndex::Range> ranges, const Positions& x, const JetView& out) const {
-  std::vector<BlobRange> list;
+  std::vector<BlobRange> all;
   std::size_t candidates = 0;
   for (const auto& r : ranges) {
-    list.push_back({r.begin, r.end});
+    all.push_back({r.begin, r.end});
     candidates += r.end - r.begin;
   }
   const double bias[2] = {bias_.value(0, 0), bias_.rate(0, 0)};
-  const auto& table = has_avx512() ? kSumBlobsAvx512 : has_avx2() ? kSumBlobsAvx2 : kSumBlobsSse2;
   // Rates exist only for items that move; a bias alone may move too.
   BlobArrays b = arrays();
   std::vector<double> zeros;
@@ -221,33 +212,59 @@ void BlobSum::sum(std::span<const ReachIndex::Range> ranges, const Positions& x,
     zeros.assign(index_.order().size(), 0.0);
     for (std::size_t s = 0; s < n_ + 2; ++s) b.rate[s] = zeros.data();
   }
-  const SumBlobs sum_blobs = table[segment_ ? 1 : 0][kernel_ == BlobKernel::Compact ? 1 : 0];
+  const SumBlobs sum_blobs = kernels().sum[segment_ ? 1 : 0][kernel_ == BlobKernel::Compact ? 1 : 0];
   if (segment_ || candidates < kMany) {
-    sum_blobs(b, list.data(), list.size(), bias, x, out);
+    sum_blobs(b, all.data(), all.size(), bias, x, out);
     return;
   }
+
+  // Those that may reach any of the points side by side, and of these, for every few points, those that may reach them.
+  const std::vector<std::uint32_t> near = reaching(ranges, PointBox(x));
+  std::vector<double> numbers;
+  numbers.reserve(2 * (n_ + 2) * near.size());
+  const auto side_by_side = [&](const double*& values) {
+    const double* from = values;
+    values = numbers.data() + numbers.size();
+    for (const std::uint32_t i : near) numbers.push_back(from[i]);
+  };
+  for (std::size_t s = 0; s < n_ + 2; ++s) {
+    side_by_side(b.q[s]);
+    if (b.moving) side_by_side(b.rate[s]);
+  }
+  std::vector<BlobRange> list(near.size());
   for (std::size_t begin = 0; begin < x.size; begin += kNarrow) {
     const std::size_t size = std::min(kNarrow, x.size - begin);
     const Positions part = x.part(begin, size);
-    narrow(ranges, part, list);
-    sum_blobs(b, list.data(), list.size(), bias, part, out.part(begin, size));
+    const std::size_t runs = kernels().narrow(b, near.size(), PointBox(part), narrow_reach2(), list.data());
+    sum_blobs(b, list.data(), runs, bias, part, out.part(begin, size));
   }
 }
 
 void BlobSum::do_evaluate(const Positions& x, const JetView& out) const {
+  std::vector<ReachIndex::Range> ranges;
   for (std::size_t begin = 0; begin < x.size; begin += kBlock) {
     const std::size_t size = std::min(kBlock, x.size - begin);
     const Positions part = x.part(begin, size);
-    PositionBatch gathered(size);
-    JetBatch jets(size, out.order);
-    index_.for_groups(part, [&](std::span<const ReachIndex::Range> ranges, std::span<const std::uint32_t> group) {
-      for (std::size_t k = 0; k < group.size(); ++k) gathered.set(k, part[group[k]]);
-      const JetView view = jets.view().part(0, group.size());
-      sum(ranges, gathered.view().part(0, group.size()), view);
-      for (std::size_t r = 0; r < row_count(out.order); ++r)
-        for (std::size_t k = 0; k < group.size(); ++k) out.row(r)[begin + group[k]] = view.row(r)[k];
-    });
+    const PointBox box(part);
+    ranges.clear();
+    // Points that lie together share one list; others are grouped by where they are.
+    if (!segment_ && index_.overlapping({Vec3(box.low), Vec3(box.high)}, kShared * size, ranges))
+      sum(ranges, part, out.part(begin, size));
+    else
+      sum_in_groups(part, out.part(begin, size));
   }
+}
+
+void BlobSum::sum_in_groups(const Positions& x, const JetView& out) const {
+  PositionBatch gathered(x.size);
+  JetBatch jets(x.size, out.order);
+  index_.for_groups(x, [&](std::span<const ReachIndex::Range> ranges, std::span<const std::uint32_t> group) {
+    for (std::size_t k = 0; k < group.size(); ++k) gathered.set(k, x[group[k]]);
+    const JetView view = jets.view().part(0, group.size());
+    sum(ranges, gathered.view().part(0, group.size()), view);
+    for (std::size_t r = 0; r < row_count(out.order); ++r)
+      for (std::size_t k = 0; k < group.size(); ++k) out.row(r)[group[k]] = view.row(r)[k];
+  });
 }
 
 void BlobSum::do_material_velocity(const Positions& x, const VelocityView& out) const {
