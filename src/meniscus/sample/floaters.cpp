@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -18,15 +19,16 @@
 namespace meniscus::sample {
 namespace {
 
-constexpr double kOnSurface = 1e-12;     // of the box diameter
-constexpr double kStray = 0.5;           // radii off the surface at which feedback gives way to Newton steps
-constexpr double kMaxDrift = 0.4;        // radii per step, near equilibrium
-constexpr double kGrown = 2;             // wanted radii below which particles have momentum: those above have to split first
-constexpr double kMaxMove = 1.0;         // radii per step, along the surface
-constexpr double kPushApart = 0.5;       // radii between a parent and each child
-constexpr std::size_t kManyBirths = 32;  // more than one to this many: lists are found anew, not mended
-constexpr double kSingular = 1e-9;       // |∇F| over its mean
-constexpr double kTilePerRadius2 = 3.523;  // area a particle at rest holds, in σ²
+constexpr double kOnSurface = 1e-12;  // of the box diameter
+constexpr double kStray = 0.5;        // radii off the surface at which feedback gives way to Newton steps
+constexpr double kMaxDrift = 0.4;     // radii per step, near equilibrium
+constexpr double kGrown = 2;          // wanted radii below which particles have momentum: those above have to split first
+constexpr double kMaxMove = 1.0;      // radii per step, along the surface
+constexpr double kPushApart = 0.5;    // radii between a parent and each child
+constexpr std::size_t kSimpleBlock = 4096;  // particles at once in loops that do little for each
+constexpr std::size_t kManyBirths = 32;     // more than one to this many: lists are found anew, not mended
+constexpr double kSingular = 1e-9;          // |∇F| over its mean
+constexpr double kTilePerRadius2 = 3.523;   // area a particle at rest holds, in σ²
 
 void check(const Box& box, const FloaterOptions& o) {
   if (box.empty() || !box.finite()) throw InvalidInput("floaters need a finite box that is not empty");
@@ -160,11 +162,20 @@ void Floaters::search(const field::Field& surface, FloaterStep& report) {
 /// Particles far off the surface (it jumped, or they were added off it) go back by Newton steps; those for which there is no
 /// surface to go to are removed.
 bool Floaters::recover(const field::Field& surface, const field::JetBatch& jets, FloaterStep& report) {
-  std::vector<std::uint32_t> stray;
-  for (std::uint32_t i = 0; i < points_.size(); ++i) {
-    const double distance = std::abs(jets.value(i)) / jets.gradient(i).norm();
-    if (!(distance <= kStray * std::max(sigma_[i], wanted_radius(i)))) stray.push_back(i);
-  }
+  using Indices = std::vector<std::uint32_t>;
+  const auto strays = [&](std::size_t begin, std::size_t end) {
+    Indices found;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double distance = std::abs(jets.value(i)) / jets.gradient(i).norm();
+      if (!(distance <= kStray * std::max(sigma_[i], wanted_radius(i)))) found.push_back(static_cast<std::uint32_t>(i));
+    }
+    return found;
+  };
+  const Indices stray =
+      parallel_reduce(points_.size(), kSimpleBlock, run_, Indices{}, strays, [](Indices a, const Indices& b) {
+        a.insert(a.end(), b.begin(), b.end());
+        return a;
+      });
   if (stray.empty()) return false;
   SurfacePoints moved = points_.gathered(stray);
   const std::vector<std::uint8_t> arrived =
@@ -214,7 +225,7 @@ double Floaters::next_radius(std::size_t i, const Repulsion& r) const {
 void Floaters::move(const field::Field& surface, double dt, FloaterStep& report) {
   if (points_.empty()) return;
   const auto evaluated = [&] {
-    field::JetBatch j(points_.size(), field::Order::GradientTime);
+    field::JetBatch j(points_.size(), dt == 0 ? field::Order::Gradient : field::Order::GradientTime);
     field::evaluate(surface, points_.positions(), j.view(), run_);
     return j;
   };
@@ -226,8 +237,12 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
     jets = evaluated();
   }
   const std::size_t n = points_.size();
-  double mean_slope = 0;
-  for (std::size_t i = 0; i < n; ++i) mean_slope += jets.gradient(i).norm() / static_cast<double>(n);
+  const auto slopes = [&](std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) sum += jets.gradient(i).norm();
+    return sum;
+  };
+  const double mean_slope = parallel_reduce(n, kSimpleBlock, run_, 0.0, slopes, std::plus<>()) / static_cast<double>(n);
 
   SurfacePoints next = points_;
   std::vector<double> next_sigma = sigma_;

@@ -83,6 +83,12 @@ struct Lattice {
     if (!(finest > 0)) finest = 1;
   }
   double size(int level) const { return std::ldexp(finest, level); }
+  /// The finest level whose cells are as large as `reach`.
+  int level(double reach) const {
+    if (reach <= finest) return 0;
+    const int below = std::ilogb(reach / finest);
+    return size(below) >= reach ? below : below + 1;
+  }
   Cell cell(const Vec3& p, int level) const {
     const double inverse = 1 / size(level);
     Cell c;
@@ -143,7 +149,7 @@ struct Level {
   }
 };
 
-std::vector<Level> make_levels(const field::Positions& x, std::span<const double> reach) {
+std::vector<Level> make_levels(const field::Positions& x, std::span<const double> reach, const RunControl& run) {
   // Level cells are at least as large as the reaches in them; the common reach just fits its cell.
   std::vector<double> sorted(reach.begin(), reach.end());
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
@@ -152,13 +158,16 @@ std::vector<Level> make_levels(const field::Positions& x, std::span<const double
   const double smallest = *std::min_element(reach.begin(), reach.end());
   const int below = smallest < common ? static_cast<int>(std::floor(std::log2(common / smallest))) : 0;
   const Lattice lattice(x, std::ldexp(common, -below));
-  std::vector<Level> by_number;
-  for (std::size_t i = 0; i < x.size; ++i) {
-    const int number = std::max(0, static_cast<int>(std::ceil(std::log2(reach[i] / lattice.finest))));
-    if (by_number.size() <= static_cast<std::size_t>(number)) by_number.resize(static_cast<std::size_t>(number) + 1);
-    by_number[static_cast<std::size_t>(number)].items.push_back(
-        {key_of(lattice.cell(x[i], number)), static_cast<std::uint32_t>(i)});
-  }
+  const int coarsest = lattice.level(*std::max_element(reach.begin(), reach.end()));
+  std::vector<std::uint16_t> numbers(x.size);
+  std::vector<std::uint64_t> key(x.size);
+  parallel_for(x.size, 4096, run, [&](std::size_t i) {
+    const int level = lattice.level(reach[i]);
+    numbers[i] = static_cast<std::uint16_t>(level);
+    key[i] = key_of(lattice.cell(x[i], level));
+  });
+  std::vector<Level> by_number(static_cast<std::size_t>(coarsest) + 1);
+  for (std::size_t i = 0; i < x.size; ++i) by_number[numbers[i]].items.push_back({key[i], static_cast<std::uint32_t>(i)});
   std::vector<Level> levels;
   for (std::size_t number = 0; number < by_number.size(); ++number) {
     if (by_number[number].items.empty()) continue;
@@ -183,19 +192,42 @@ void near_ranges(const Level& other, const Cell& c, int number, std::vector<Leve
       }
 }
 
-/// Appends the members of `r` that are neighbours of the particle `self` at p.
-void append_near(const Level& other, Level::Range r, const Vec3& p, double reach2, std::uint32_t self,
-                 std::vector<std::uint32_t>& out) {
-  std::size_t kept = out.size();
-  out.resize(kept + (r.end - r.begin));
-  for (std::uint32_t k = r.begin; k < r.end; ++k) {
-    const double dx = other.x[k] - p.x(), dy = other.y[k] - p.y(), dz = other.z[k] - p.z();
-    const std::uint32_t j = other.items[k].index;
-    out[kept] = j;
-    kept += (dx * dx + dy * dy + dz * dz < std::max(reach2, other.reach2[k])) & (j != self);
+/// Particles that can be near those of a cell, side by side.
+struct Candidates {
+  std::vector<double> x, y, z, reach2, beyond;
+  std::vector<std::uint32_t> index;
+
+  void clear() {
+    for (auto* a : {&x, &y, &z, &reach2}) a->clear();
+    index.clear();
   }
-  out.resize(kept);
-}
+  void add(const Level& level, Level::Range r) {
+    const auto part = [r](auto& to, const auto& from) { to.insert(to.end(), from.begin() + r.begin, from.begin() + r.end); };
+    part(x, level.x);
+    part(y, level.y);
+    part(z, level.z);
+    part(reach2, level.reach2);
+    for (std::uint32_t k = r.begin; k < r.end; ++k) index.push_back(level.items[k].index);
+  }
+  /// Appends those near particle `self` at p to `out`.
+  void append_near(const Vec3& p, double self_reach2, std::uint32_t self, std::vector<std::uint32_t>& out) {
+    const std::size_t n = index.size();
+    beyond.resize(n);
+    const double px = p.x(), py = p.y(), pz = p.z();
+    for (std::size_t k = 0; k < n; ++k) {
+      const double dx = x[k] - px, dy = y[k] - py, dz = z[k] - pz;
+      const double limit = self_reach2 > reach2[k] ? self_reach2 : reach2[k];
+      beyond[k] = dx * dx + dy * dy + dz * dz - limit;
+    }
+    std::size_t kept = out.size();
+    out.resize(kept + n);
+    for (std::size_t k = 0; k < n; ++k) {
+      out[kept] = index[k];
+      kept += (beyond[k] < 0) & (index[k] != self);
+    }
+    out.resize(kept);
+  }
+};
 
 }  // namespace
 
@@ -204,7 +236,7 @@ Neighbours find_neighbours(const field::Positions& x, std::span<const double> re
   result.first.resize(x.size);
   result.count.resize(x.size);
   if (x.size == 0) return result;
-  const std::vector<Level> levels = make_levels(x, reach);
+  const std::vector<Level> levels = make_levels(x, reach, run);
 
   for (const Level& level : levels) {
     // Each block of cells fills a buffer of its own; the buffers are then laid end to end in block order.
@@ -212,18 +244,19 @@ Neighbours find_neighbours(const field::Positions& x, std::span<const double> re
     std::vector<std::vector<std::uint32_t>> found((cells + kCellBlock - 1) / kCellBlock);
     parallel_blocks(cells, kCellBlock, run, [&](std::size_t begin, std::size_t end) {
       std::vector<std::uint32_t>& list = found[begin / kCellBlock];
-      std::vector<std::vector<Level::Range>> ranges(levels.size());
+      std::vector<Level::Range> ranges;
+      Candidates near;
       for (std::size_t c = begin; c < end; ++c) {
-        for (std::size_t m = 0; m < levels.size(); ++m) {
-          ranges[m].clear();
-          near_ranges(levels[m], cell_of(level.cell_key[c]), level.number, ranges[m]);
+        near.clear();
+        for (const Level& other : levels) {
+          ranges.clear();
+          near_ranges(other, cell_of(level.cell_key[c]), level.number, ranges);
+          for (const Level::Range r : ranges) near.add(other, r);
         }
         for (std::uint32_t k = level.cell_begin[c]; k < level.cell_begin[c + 1]; ++k) {
           const std::uint32_t i = level.items[k].index;
           result.first[i] = list.size();
-          for (std::size_t m = 0; m < levels.size(); ++m)
-            for (const Level::Range r : ranges[m])
-              append_near(levels[m], r, {level.x[k], level.y[k], level.z[k]}, level.reach2[k], i, list);
+          near.append_near({level.x[k], level.y[k], level.z[k]}, level.reach2[k], i, list);
           result.count[i] = static_cast<std::uint32_t>(list.size() - result.first[i]);
         }
       }
