@@ -36,8 +36,8 @@ std::vector<CellMeasure> measure_cells(const SurfacePoints& points, std::span<co
 /// How good a sampling is. Packing and covering are separate: the best packing is not the best covering. [THEORY §3]
 /// Points on faces of the box hold half a cell and count as half a point in the lattice that distances are compared with.
 /// With a density, distances are taken in local spacings, so the figures mean the same. Distances run along the surface
-/// (arc_over_chord) and only between points of one sheet (same_sheet): the two sides of a thin body are not neighbours
-/// however near they come.
+/// (arc_over_chord) and only between points of one sheet (same_sheet at least 1/2 for packing, above 0 for cover): the two
+/// sides of a thin body are not neighbours however near they come.
 struct Evenness {
   std::size_t count = 0;
   double area = 0;  ///< sum of the area elements
