@@ -212,7 +212,7 @@ TEST(Evolver, AfterRenewingOnlySamplesAndGoalsCount) {
     whole.hold_present_volumes(true);
     whole.set_goals({*goals()[0] * change});
     whole.settle_volumes();
-    whole.renew();
+    whole.renew(true);
     Evolver saved = alive(Band(whole.band().grid()));
     saved.set_goals(goals());
     for (Evolver* e : {&whole, &saved}) {
@@ -221,6 +221,16 @@ TEST(Evolver, AfterRenewingOnlySamplesAndGoalsCount) {
       e->advance(0, 2, 0.25);
     }
     EXPECT_EQ(fingerprint(saved.band()), fingerprint(whole.band())) << change;
+  }
+}
+
+TEST(Evolver, RenewingHoldsTheVolumeOfSmallDrops) {
+  for (const double radius : {2.0, 2.5, 3.0, 4.0}) {
+    Evolver drop(ball(1, Vec3(0.3, 0.2, 0.1), radius), with_tension(0));
+    drop.hold_present_volumes(true);
+    const double goal = *drop.components()[0].goal;
+    drop.renew(true);
+    EXPECT_NEAR(drop.components()[0].volume / goal, 1, 2e-5) << radius;
   }
 }
 

@@ -180,8 +180,10 @@ void Evolver::settle_topology(const RunControl& run) {
   if (!labels_.begin.empty() && (!map.empty() || band_.empty())) labels_.remap(map);
 }
 
-void Evolver::renew(const RunControl& run) {
+void Evolver::renew(bool volumes, const RunControl& run) {
   redistance(band_, run);
+  tracked_ = false;
+  if (volumes) settle_volumes(run);
   travelled_ = 0;
   way_ = 0;
   settle_topology(run);

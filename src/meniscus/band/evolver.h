@@ -60,9 +60,9 @@ class Evolver {
   void hold_present_volumes(bool all, const RunControl& run = {});
   /// One goal or none per component, in the order of components().
   void set_goals(const std::vector<std::optional<double>>& goals);
-  /// Renews distances now, so that what follows depends on samples and goals alone (a saved skin goes on with the same
-  /// bits).
-  void renew(const RunControl& run = {});
+  /// Renews distances now and, when told so, volumes, which that shifts: by 0.5 % where a drop's radius is three voxels.
+  /// What follows depends on samples and goals alone (a saved skin goes on with the same bits).
+  void renew(bool volumes, const RunControl& run = {});
 
   /// Changes samples from outside: `edit` gets the band and may change samples and wake bricks by Band::unite.
   void edit(FunctionRef<void(Band&)> edit, const RunControl& run = {});

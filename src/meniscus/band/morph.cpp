@@ -92,7 +92,7 @@ MorphReport Morph::next(const RunControl& run) {
       report.steps += evolver_->advance((frame_ - 1) * dt + i * before_step_, before_step_, before_step_, run).steps;
     }
     if (landing) before_step_ = dt;  // where it lands it rests; what is left of speed is spread over the frame
-    evolver_->renew(run);
+    evolver_->renew(false, run);
   }
   report.grown = !seeds_.empty();
   for (const Component& c : evolver_->components(run)) {

@@ -283,7 +283,7 @@ void Skin::adopt_births(const ParticleFrame& next, const Band& was, const SkinRe
 /// Tells of the frame and makes it the skin's own; what a later frame reads changes only when nothing can fail any more.
 void Skin::finish(const ParticleSurface& surface, ParticleFrame now, points::Cloud cloud, SkinReport& report,
                   const RunControl& run) {
-  evolver_->renew(run);
+  evolver_->renew(options_.hold_volume && options_.shells.inner == 0, run);
   const Band& b = band();
   const std::vector<double> depth = depth_of_particles(b, surface, run);
   const std::vector<double> freedom = freedom_of_particles(surface, depth, run);
