@@ -109,13 +109,16 @@ sample::Evenness judged(const field::Field& f, const Box& box, sample::SurfacePo
 
 nlohmann::json even_points(double count) {
   std::printf(
-      "## Even points from nothing\n\n| surface | sampler | points | s | CPU s | points/s | per CPU s | packing | cover | "
-      "cv |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "## Even points from nothing\n\n| surface | sampler | points | s | CPU s | points/s | per CPU s | CGAL by wall clock "
+      "| "
+      "by CPU | packing | cover | cv |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   nlohmann::json rows;
-  const auto row = [&](const Case& c, const char* who, const Time& t, const sample::Evenness& e) {
+  // Rates are given in those of CGAL on the same surface; `theirs` is its time for one point.
+  const auto row = [&](const Case& c, const char* who, const Time& t, const Time& theirs, const sample::Evenness& e) {
     const double n = static_cast<double>(e.count);
-    std::printf("| %s | %s | %zu | %.2f | %.2f | %.0f | %.0f | %.3f | %.3f | %.3f |\n", c.name.c_str(), who, e.count,
-                t.seconds, t.cpu_seconds, n / t.seconds, n / t.cpu_seconds, e.packing, e.cover, e.cv);
+    std::printf("| %s | %s | %zu | %.2f | %.2f | %.0f | %.0f | %.1f | %.1f | %.3f | %.3f | %.3f |\n", c.name.c_str(), who,
+                e.count, t.seconds, t.cpu_seconds, n / t.seconds, n / t.cpu_seconds, n / t.seconds * theirs.seconds,
+                n / t.cpu_seconds * theirs.cpu_seconds, e.packing, e.cover, e.cv);
     rows.push_back({{"surface", c.name},
                     {"sampler", who},
                     {"points", e.count},
@@ -127,19 +130,18 @@ nlohmann::json even_points(double count) {
   };
   const Box box = Box::around(Vec3::Zero(), 1.7);
   for (const Case& c : shapes()) {
-    double area = 0;
-    double spacing = 0;
-    for (const bool fast : {false, true}) {
-      sample::Sampling s;
-      const Time t =
-          measure([&] { s = sample::spread(*c.field, box, {.count = static_cast<std::size_t>(count), .fast = fast}); });
-      area = s.report.evenness.area;
-      spacing = s.report.spacing;
-      row(c, fast ? "meniscus --fast" : "meniscus", t, s.report.evenness);
-    }
-    sample::SurfacePoints theirs;
-    const Time t = measure([&] { theirs = cgal_points(c.name, spacing); });
-    row(c, "CGAL make_surface_mesh", t, judged(*c.field, box, std::move(theirs), area));
+    sample::Sampling ours[2];
+    Time taken[2];
+    for (const bool fast : {false, true})
+      taken[fast] = measure(
+          [&] { ours[fast] = sample::spread(*c.field, box, {.count = static_cast<std::size_t>(count), .fast = fast}); });
+    sample::SurfacePoints points;
+    const Time t = measure([&] { points = cgal_points(c.name, ours[0].report.spacing); });
+    const double n = static_cast<double>(points.size());
+    const Time each{t.seconds / n, t.cpu_seconds / n};
+    row(c, "meniscus", taken[0], each, ours[0].report.evenness);
+    row(c, "meniscus --fast", taken[1], each, ours[1].report.evenness);
+    row(c, "CGAL make_surface_mesh", t, each, judged(*c.field, box, std::move(points), ours[0].report.evenness.area));
   }
   std::printf("\n");
   return rows;

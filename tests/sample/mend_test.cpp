@@ -38,7 +38,7 @@ TEST(Mend, RepairsAPairAndAVacancyAndKeepsTheCount) {
   const Evenness broken = m.even();
   EXPECT_LT(broken.packing, 0.5);
   EXPECT_GT(broken.cover, 1.5);
-  EXPECT_EQ(mend(*m.torus, m.box, {.count = n, .max_count = 2 * n}, m.population), 0u);
+  EXPECT_EQ(mend(*m.torus, m.box, {.count = n, .max_count = 2 * n}, m.population).faults, 0u);
   const Evenness after = m.even();
   EXPECT_EQ(after.count, n);
   EXPECT_GT(after.packing, 0.86);
@@ -49,7 +49,7 @@ TEST(Mend, LeavesWhatIsFarFromAFaultAlone) {
   Made m;
   mend(*m.torus, m.box, {.max_count = 100000}, m.population);
   const SurfacePoints before = m.population.points;
-  EXPECT_EQ(mend(*m.torus, m.box, {.max_count = 100000}, m.population), 0u);
+  EXPECT_EQ(mend(*m.torus, m.box, {.max_count = 100000}, m.population).faults, 0u);
   ASSERT_EQ(before.size(), m.population.points.size());
   for (std::size_t i = 0; i < before.size(); ++i)
     EXPECT_LT((before.position(i) - m.population.points.position(i)).norm(), 1e-6);

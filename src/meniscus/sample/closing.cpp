@@ -17,8 +17,9 @@ constexpr double kApart = 1.5;   // spacings between two changes of one round
 constexpr double kTwins = 0.05;  // spacings below which two points are one
 constexpr RelaxOptions kSettle{.reach = 2, .steps = 5, .momentum = 0.8};
 
-std::vector<CellMeasure> cells_of(const Population& p, const Box& box, const RunControl& run) {
-  return measure_cells(p.points, p.spacing, cell_neighbours(p.points, p.spacing, run), box, run);
+std::vector<CellMeasure> cells_of(Population& p, const Box& box, const RunControl& run) {
+  p.near.refresh(p.points, p.spacing, run);
+  return measure_cells(p.points, p.spacing, p.near.lists(), box, run);
 }
 
 /// Indices by falling key; equal keys by index.
@@ -69,9 +70,8 @@ void fit_to(double area, double tiles, Population& p) {
 /// Inserts up to `count` points in the largest empty circles, those of at least `least` spacings.
 std::size_t insert(const field::Field& surface, const Box& box, std::size_t count, double least, Population& p,
                    const RunControl& run) {
-  const Neighbours near = cell_neighbours(p.points, p.spacing, run);
-  const std::vector<CellMeasure> cells = measure_cells(p.points, p.spacing, near, box, run);
-  const std::vector<Hole> holes = find_holes(surface, box, p.points, p.spacing, near, cells, least, run);
+  const std::vector<CellMeasure> cells = cells_of(p, box, run);
+  const std::vector<Hole> holes = find_holes(surface, box, p.points, p.spacing, p.near.lists(), cells, least, run);
   std::vector<Vec3> centers;
   std::vector<double> limits;
   for (const Hole& h : holes) {
@@ -119,10 +119,10 @@ void Population::push_back(const Vec3& position, const Vec3& normal, double want
 }
 
 Population Population::gathered(std::span<const std::uint32_t> order) const {
-  return {points.gathered(order), sample::gathered(spacing, order), id.empty() ? id : sample::gathered(id, order)};
+  return {points.gathered(order), sample::gathered(spacing, order), id.empty() ? id : sample::gathered(id, order), {}};
 }
 
-std::size_t hexagonal_count(const Population& p, const Box& box, const RunControl& run) {
+std::size_t hexagonal_count(Population& p, const Box& box, const RunControl& run) {
   const std::vector<CellMeasure> cells = cells_of(p, box, run);
   double n = 0;
   for (std::size_t i = 0; i < cells.size(); ++i)  // half of a point on a face lies outside
@@ -139,6 +139,7 @@ void fit_spacing(Population& p, const Box& box, const RunControl& run) {
 bool reach_count(const field::Field& surface, const Box& box, const Density& density, std::size_t count, int rounds,
                  Population& p, const RunControl& run) {
   for (int round = 0; round < rounds && p.points.size() != count && !p.points.empty(); ++round) {
+    if (round > 0) relax(surface, box, p.points, p.spacing, kSettle, run, {}, &p.near);
     const std::size_t n = p.points.size();
     const std::size_t changed = n < count ? insert(surface, box, count - n, 0, p, run) : remove(box, n - count, p, run);
     if (changed == 0) break;
@@ -147,7 +148,6 @@ bool reach_count(const field::Field& surface, const Box& box, const Density& den
       fit_spacing(p, box, run);
     }
     sort_spatially(p);
-    relax(surface, box, p.points, p.spacing, kSettle, run);
   }
   return p.points.size() == count;
 }
@@ -177,7 +177,7 @@ std::size_t land(const field::Field& surface, const Box& box, double tolerance, 
     hash.insert(p.points.position(i));
     kept.push_back(i);
   }
-  p = p.gathered(kept);
+  if (kept.size() < arrived.size()) p = p.gathered(kept);
   return arrived.size() - kept.size();
 }
 

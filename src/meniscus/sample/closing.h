@@ -5,6 +5,7 @@
 #include <meniscus/field/field.h>
 #include <meniscus/sample/density.h>
 #include <meniscus/sample/surface_points.h>
+#include <meniscus/sample/surroundings.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +20,7 @@ struct Population {
   SurfacePoints points;
   std::vector<double> spacing;        ///< world units; scaled so that n hexagonal cells of these spacings tile the area
   std::vector<std::int64_t> id = {};  ///< of each point (kNewcomer for those that came since), or none at all
+  Surroundings near = {};             ///< of the points; begun anew whenever others take their places
 
   static constexpr std::int64_t kNewcomer = std::numeric_limits<std::int64_t>::max();
   void push_back(const Vec3& position, const Vec3& normal, double wanted);
@@ -30,11 +32,11 @@ struct Population {
 void fit_spacing(Population& population, const Box& box, const RunControl& run = {});
 
 /// How many points the area holds at `spacing` (and density): Σ area_i / (√3/2 spacing_i²), rounded. Before fit_spacing.
-std::size_t hexagonal_count(const Population& population, const Box& box, const RunControl& run = {});
+std::size_t hexagonal_count(Population& population, const Box& box, const RunControl& run = {});
 
 /// Brings the population to exactly `count` points: inserts in the largest empty circles, removes the points with the
-/// smallest cells, spread out, a few relaxation steps between rounds. Returns whether it got there (a surface too small for
-/// the count in `rounds` rounds is a result, not an error). Deterministic.
+/// smallest cells, spread out, a few relaxation steps between rounds and none after the last. Returns whether it got there
+/// (a surface too small for the count in `rounds` rounds is a result, not an error). Deterministic.
 bool reach_count(const field::Field& surface, const Box& box, const Density& density, std::size_t count, int rounds,
                  Population& population, const RunControl& run = {});
 

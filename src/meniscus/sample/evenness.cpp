@@ -31,11 +31,14 @@ Neighbours cell_neighbours(const SurfacePoints& points, std::span<const double> 
 }
 
 std::vector<CellMeasure> measure_cells(const SurfacePoints& points, std::span<const double> spacing,
-                                       const Neighbours& neighbours, const Box& box, const RunControl& run) {
+                                       const Neighbours& neighbours, const Box& box, const RunControl& run,
+                                       std::span<const std::uint8_t> asked) {
   std::vector<CellMeasure> out(points.size());
   parallel_blocks(points.size(), kBlock, run, [&](std::size_t begin, std::size_t end) {
     SurfaceCell cell;
     for (std::size_t i = begin; i < end; ++i) {
+      out[i].local_spacing = spacing[i];
+      if (!asked.empty() && !asked[i]) continue;
       cell.build(points, i, neighbours.of(i), kCellLimit * spacing[i], box);
       // In a graded sampling a cell is compared with the mean of its own and its neighbours' spacings.
       double sum = spacing[i], count = 1;

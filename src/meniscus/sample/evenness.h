@@ -30,8 +30,10 @@ inline constexpr double kCellLimit = 1.25;  ///< spacings at which cells are cut
 /// Neighbours as far as cells need them: within 2.5 spacings.
 Neighbours cell_neighbours(const SurfacePoints& points, std::span<const double> spacing, const RunControl& run = {});
 
+/// The cells of all points, or of those marked 1 in `asked`.
 std::vector<CellMeasure> measure_cells(const SurfacePoints& points, std::span<const double> spacing,
-                                       const Neighbours& neighbours, const Box& box, const RunControl& run = {});
+                                       const Neighbours& neighbours, const Box& box, const RunControl& run = {},
+                                       std::span<const std::uint8_t> asked = {});
 
 /// How good a sampling is. Packing and covering are separate: the best packing is not the best covering. [THEORY §3]
 /// Points on faces of the box hold half a cell and count as half a point in the lattice that distances are compared with.

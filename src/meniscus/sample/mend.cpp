@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 
 namespace meniscus::sample {
 namespace {
@@ -19,11 +20,14 @@ namespace {
 constexpr double kPatch = 3.5;    // spacings about a fault that may move at first,
 constexpr double kWidePatch = 6;  // and after kNarrowRounds
 constexpr int kNarrowRounds = 4;
-constexpr double kJudged = 1.5;      // spacings beyond a patch whose particles are judged,
-constexpr double kFelt = 2.7;        // and felt
-constexpr double kShake = 0.35;      // spacings
-constexpr double kOnSurface = 1e-6;  // spacings
+constexpr double kJudged = 1.5;          // spacings beyond a patch whose particles are judged,
+constexpr double kFelt = 2.7;            // and felt
+constexpr double kShake = 0.35;          // spacings
+constexpr double kManyVacancies = 0.01;  // of all particles
+constexpr double kVacancy = 1.3;         // in empty circles of the hexagonal lattice
+constexpr double kOnSurface = 1e-6;      // spacings
 constexpr int kCountRounds = 40;
+constexpr std::size_t kLookedAt = 64;  // particles for each one to add or take away
 constexpr int kMaxRounds = 64;
 constexpr int kShakes = 3;  // different strengths
 
@@ -34,8 +38,11 @@ constexpr RelaxOptions kHard{.kernel = Contact, .reach = 0.92, .steps = 25, .mom
 /// What is wrong about a particle; above 1 is a fault.
 struct Fault {
   double size = 0;
-  bool hole = false;  // an empty circle, not a close pair
-  Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+  bool hole = false;                                 // an empty circle, not a close pair
+  bool bent = false;                                 // the surface turns within the cell
+  Vec3 place = Vec3::Zero(), normal = Vec3::Zero();  // of that circle or of the farthest corner of the cell
+  double room = 0;                                   // area of the cell in spacings squared
+  double gap = 0;                                    // its empty circle, in spacings
 };
 
 enum class Kind {
@@ -69,21 +76,36 @@ class Mending {
           const RunControl& run)
       : surface_(surface), box_(box), options_(options), p_(population), run_(run) {}
 
-  std::size_t result() {
+  Mended result() {
     const double widest = *std::max_element(p_.spacing.begin(), p_.spacing.end());
     project(surface_, box_, {.tolerance = kOnSurface * widest, .max_distance = widest}, p_.points, run_);
-    faults_ = judged(p_.points, p_.spacing, 1);
+    p_.near.refresh(p_.points, p_.spacing, run_);
+    faults_ = judged(p_.points, p_.spacing, p_.near.lists(), {});
+    if (options_.leaves_vacancies && many_vacancies()) return {.done = false, .faults = faults()};
     tries_.assign(p_.points.size(), 0);
     repair(Kind::Change);
     if (options_.count && reach(*options_.count)) {
       std::fill(tries_.begin(), tries_.end(), 0U);
       repair(Kind::Shake);
     }
-    return static_cast<std::size_t>(
-        std::count_if(faults_.begin(), faults_.end(), [](const Fault& f) { return f.size > 1; }));
+    return {.done = true, .faults = faults()};
   }
 
  private:
+  template <class Which>
+  std::size_t count(const Which& which) const {
+    return static_cast<std::size_t>(std::count_if(faults_.begin(), faults_.end(), which));
+  }
+  std::size_t faults() const {
+    return count([](const Fault& f) { return f.size > 1; });
+  }
+
+  bool many_vacancies() const {
+    const auto vacancy = [&](const Fault& f) { return f.hole && f.size > kVacancy / options_.cover; };
+    return count([&](const Fault& f) { return vacancy(f) && f.bent; }) > 0 ||
+           static_cast<double>(count(vacancy)) > kManyVacancies * static_cast<double>(faults_.size());
+  }
+
   /// Shakes patches about the worst faults and, in every second round, does what `other` says.
   void repair(Kind other) {
     for (int round = 0; round < kMaxRounds; ++round) {
@@ -94,16 +116,22 @@ class Mending {
     }
   }
 
-  /// Every particle's worst fault; empty circles from `cover` times options_.cover on are looked at.
-  std::vector<Fault> judged(const SurfacePoints& points, std::span<const double> spacing, double cover) const {
-    const Neighbours near = cell_neighbours(points, spacing, run_);
-    const std::vector<CellMeasure> cells = measure_cells(points, spacing, near, box_, run_);
+  /// The worst fault of every particle, or of those that are asked for.
+  std::vector<Fault> judged(const SurfacePoints& points, std::span<const double> spacing, const Neighbours& near,
+                            std::span<const std::uint8_t> asked) const {
+    const std::vector<CellMeasure> cells = measure_cells(points, spacing, near, box_, run_, asked);
     std::vector<Fault> out(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i)
+    for (std::size_t i = 0; i < cells.size(); ++i) {
       out[i].size = options_.packing * cells[i].local_spacing / cells[i].nearest;
+      out[i].place = cells[i].corner;
+      out[i].normal = points.normal(i);
+      out[i].room = cells[i].area / (cells[i].share * spacing[i] * spacing[i]);
+      out[i].gap = cells[i].open || cells[i].bent ? 0 : cells[i].farthest / cells[i].local_spacing;
+    }
     const double lattice = options_.cover / std::sqrt(3.0);
-    for (const Hole& h : find_holes(surface_, box_, points, spacing, near, cells, cover * lattice, run_))
-      if (h.radius / lattice > out[h.particle].size) out[h.particle] = {h.radius / lattice, true, h.center, h.normal};
+    for (const Hole& h : find_holes(surface_, box_, points, spacing, near, cells, lattice, run_))
+      if (Fault& f = out[h.particle]; h.radius / lattice > f.size)
+        f = {h.radius / lattice, true, cells[h.particle].bent, h.center, h.normal, f.room, h.radius};
     return out;
   }
 
@@ -123,7 +151,7 @@ class Mending {
     Round r;
     const double widest = *std::max_element(p_.spacing.begin(), p_.spacing.end());
     const double ring = patch_ + kFelt;
-    PointHash hash(box_.center(), ring * widest);
+    PointHash hash(box_.center(), ring * widest), around = hash;
     for (const std::uint32_t i : order) {
       if (r.center.size() == count) break;
       const Vec3 x = p_.points.position(i);
@@ -133,11 +161,13 @@ class Mending {
         continue;
       hash.insert(x);
       r.center.push_back(i);
+      // In every cell that the patch can reach, so that each particle has to look into its own cell only.
+      for (int k = 0; k < 27; ++k) around.insert(x + ring * widest * Vec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
     }
     for (std::uint32_t i = 0; i < p_.points.size(); ++i) {
       const Vec3 x = p_.points.position(i);
-      hash.any_near(x, ring * widest, [&](std::uint32_t k) {
-        const std::uint32_t c = r.center[k];
+      around.any_near(x, 0, [&](std::uint32_t copy) {
+        const std::uint32_t k = copy / 27, c = r.center[k];
         const double d = (p_.points.position(c) - x).norm() / p_.spacing[c];
         if (d > ring) return false;
         r.add(i, k, d, x, p_.points.normal(i), p_.spacing[i]);
@@ -175,14 +205,16 @@ class Mending {
     relax(surface_, box_, points, spacing, kHard, run_, movable);
     const double widest = *std::max_element(spacing.begin(), spacing.end());
     const auto arrived = project(surface_, box_, {.tolerance = kOnSurface * widest, .max_distance = widest}, points, run_);
-    const std::vector<Fault> now = judged(points, spacing, 1);
-
     // Cells near the rim of a patch lack neighbours; those of fixed particles beside movable ones do not.
+    std::vector<std::uint8_t> asked(stays.size());
+    for (std::size_t s = 0; s < stays.size(); ++s) asked[s] = r.distance[stays[s]] < patch_ + kJudged;
+    const std::vector<Fault> now = judged(points, spacing, cell_neighbours(points, spacing, run_), asked);
+
     std::vector<double> before(r.center.size(), 0.0), after = before;
     for (std::size_t s = 0; s < old; ++s)
       if (r.distance[s] < patch_ + kJudged) before[r.patch[s]] = std::max(before[r.patch[s]], faults_[r.member[s]].size);
     for (std::size_t s = 0; s < stays.size(); ++s)
-      if (r.distance[stays[s]] < patch_ + kJudged) {
+      if (asked[s]) {
         double& a = after[r.patch[stays[s]]];
         a = std::max(a, arrived[s] ? now[s].size : std::numeric_limits<double>::infinity());
       }
@@ -226,6 +258,7 @@ class Mending {
       p_.points.set_normal(i, points.normal(s));
       faults_[i] = now[s];
     }
+    p_.near = Surroundings();
     std::vector<std::uint8_t> gone(p_.points.size(), 0);
     for (std::uint32_t k = 0; k < r.center.size(); ++k) gone[r.center[k]] = removes[k] && better(k);
     if (std::find(gone.begin(), gone.end(), 1) != gone.end()) drop(gone);
@@ -246,24 +279,16 @@ class Mending {
     int round = 0;
     for (; round < kCountRounds && p_.points.size() != count; ++round) {
       const bool fill = p_.points.size() < count;
-      const Neighbours near = cell_neighbours(p_.points, p_.spacing, run_);
-      const std::vector<CellMeasure> cells = measure_cells(p_.points, p_.spacing, near, box_, run_);
-      std::vector<double> key(cells.size(), 0.0);
-      for (std::size_t i = 0; i < cells.size(); ++i) key[i] = -cells[i].area / (cells[i].share * std::pow(p_.spacing[i], 2));
-      if (fill) {
-        std::fill(key.begin(), key.end(), 0.0);
-        for (const Hole& h : find_holes(surface_, box_, p_.points, p_.spacing, near, cells, 0, run_)) {
-          key[h.particle] = h.radius;
-          faults_[h.particle] = {faults_[h.particle].size, true, h.center, h.normal};
-        }
-      }
-      std::vector<std::uint32_t> order(key.size());
-      std::iota(order.begin(), order.end(), 0U);
-      // What failed before comes last.
-      std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return tries_[a] < tries_[b] || (tries_[a] == tries_[b] && key[a] > key[b]);
-      });
       const std::size_t missing = fill ? count - p_.points.size() : p_.points.size() - count;
+      const auto key = [&](std::uint32_t i) { return fill ? -faults_[i].gap : faults_[i].room; };
+      std::vector<std::uint32_t> order(p_.points.size());
+      std::iota(order.begin(), order.end(), 0U);
+      const auto looked_at = static_cast<std::ptrdiff_t>(std::min(order.size(), kLookedAt * missing));
+      // What failed before comes last.
+      std::partial_sort(order.begin(), order.begin() + looked_at, order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::make_tuple(tries_[a], key(a), a) < std::make_tuple(tries_[b], key(b), b);
+      });
+      order.resize(static_cast<std::size_t>(looked_at));
       attempt(sites(order, missing), fill ? Kind::Fill : Kind::Remove);
     }
     return round > 0;
@@ -282,9 +307,9 @@ class Mending {
 
 }  // namespace
 
-std::size_t mend(const field::Field& surface, const Box& box, const MendOptions& options, Population& population,
-                 const RunControl& run) {
-  if (population.points.empty()) return 0;
+Mended mend(const field::Field& surface, const Box& box, const MendOptions& options, Population& population,
+            const RunControl& run) {
+  if (population.points.empty()) return {};
   return Mending(surface, box, options, population, run).result();
 }
 

@@ -4,6 +4,7 @@
 #include <meniscus/base/run_control.h>
 #include <meniscus/field/field.h>
 #include <meniscus/sample/surface_points.h>
+#include <meniscus/sample/surroundings.h>
 
 #include <cstdint>
 #include <span>
@@ -29,8 +30,10 @@ struct RelaxOptions {
 /// regions settle alike; none moves farther than 0.2 spacings in a step. Each step evaluates the field once and takes one
 /// Newton step towards the surface; points end near the surface, project() puts them on it. Same bits for any thread count.
 /// Memory is touched locally if the points are in spatial_order(). Cost: O(n) per step.
-/// With `movable` (one per point) only points marked 1 move; the others are there to be kept away from.
+/// With `movable` (one per point) only points marked 1 move; the others are there to be kept away from. Neighbours are taken
+/// from `near` where it is given, and kept fresh there.
 void relax(const field::Field& surface, const Box& box, SurfacePoints& points, std::span<const double> spacing,
-           const RelaxOptions& options, const RunControl& run = {}, std::span<const std::uint8_t> movable = {});
+           const RelaxOptions& options, const RunControl& run = {}, std::span<const std::uint8_t> movable = {},
+           Surroundings* near = nullptr);
 
 }  // namespace meniscus::sample

@@ -15,6 +15,8 @@
 namespace meniscus::sample {
 namespace {
 
+using enum RelaxOptions::Kernel;
+
 constexpr double kOnSurface = 1e-12;    // of the box diameter; three digits better than promised
 constexpr double kSeedCells = 64;       // along the longest side of the box
 constexpr double kFrontDensity = 0.97;  // a grown front holds about this share of the hexagonal count
@@ -25,8 +27,7 @@ constexpr double kLeap = 4;       // spacings that a point of an earlier arrange
 constexpr double kCrowded = 0.5;  // spacings to another below which it is dropped
 constexpr double kVacancy = 1.3;  // empty circles above this, in those of the hexagonal lattice, get a point
 // The closing stage: pairs nearer than this are pushed apart.
-constexpr RelaxOptions kContact{
-    .kernel = RelaxOptions::Kernel::Contact, .reach = 0.92, .steps = 25, .momentum = 0, .step = 0.3};
+constexpr RelaxOptions kContact{.kernel = Contact, .reach = 0.92, .steps = 25, .momentum = 0, .step = 0.3};
 
 void check(const Box& box, const SpreadOptions& options) {
   if (box.empty() || !box.finite()) throw InvalidInput("sampling needs a finite box that is not empty");
@@ -79,7 +80,7 @@ class Spreading {
                               .occupied = occupied},
                              run_);
     capped_ = front.capped;
-    population_ = {std::move(front.points), std::move(front.spacing), {}};
+    population_ = {std::move(front.points), std::move(front.spacing)};
     population_.id.assign(population_.points.size(), Population::kNewcomer);
     base_spacing_ = spacing;
   }
@@ -140,7 +141,6 @@ class Spreading {
       for (double& s : population_.spacing) s /= std::sqrt(kFrontDensity);
     else
       fit_spacing(population_, box_, run_);
-    using enum RelaxOptions::Kernel;
     relax_by({.kernel = Smooth, .reach = 2, .steps = options_.fast ? 8 : std::min(10, options_.steps), .momentum = 0.8});
     // A wanted spacing leaves the count a little room.
     const double off = std::abs(static_cast<double>(population_.points.size()) / static_cast<double>(count) - 1);
@@ -148,26 +148,40 @@ class Spreading {
       reach_count(surface_, box_, options_.density, count, options_.count ? 30 : 2, population_, run_);
     if (grown_to_count && off == 0) fit_spacing(population_, box_, run_);
     if (options_.fast) {
-      relax_by({.kernel = Smooth, .reach = 2, .steps = 4, .momentum = 0.8});
+      relax_by({.kernel = Smooth, .reach = 2, .steps = 8, .momentum = 0.8});
       relax_by({.kernel = Contact, .reach = 0.92, .steps = 10, .momentum = 0, .step = 0.3});
       return;
     }
     relax_by({.kernel = Smooth, .reach = 2, .steps = options_.steps, .momentum = 0.9});
     if (options_.steps == 0) return;
-    for (int round = 0; round < kHealRounds && !capped_; ++round) {
-      if (fill_holes(surface_, box_, kVacancy, options_.max_count, population_, run_) == 0) break;
-      relax_by({.kernel = Smooth, .reach = 2, .steps = 5, .momentum = 0.8});
-      if (options_.count) reach_count(surface_, box_, options_.density, count, 10, population_, run_);
-      relax_by({.kernel = Smooth, .reach = 2, .steps = 10, .momentum = 0.8});
-    }
     relax_by(kContact);
-    mend_faults();
-    if (options_.count && population_.points.size() != count)
+    mend_faults(count);
+    if (options_.count && population_.points.size() != count) {
       reach_count(surface_, box_, options_.density, count, 10, population_, run_);
+      relax_by({.kernel = Smooth, .reach = 2, .steps = 5, .momentum = 0.8});
+    }
   }
 
-  void mend_faults() {
-    report_.faults = mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count}, population_, run_);
+  /// Fills the vacancies and relaxes all points.
+  void heal(std::size_t count) {
+    fill_holes(surface_, box_, kVacancy, options_.max_count, population_, run_);
+    relax_by({.kernel = Smooth, .reach = 2, .steps = 5, .momentum = 0.8});
+    if (options_.count) reach_count(surface_, box_, options_.density, count, 10, population_, run_);
+    relax_by({.kernel = Smooth, .reach = 2, .steps = 10, .momentum = 0.8});
+    relax_by(kContact);
+  }
+
+  /// Mends place by place; vacancies that are better filled before are, and all points relaxed.
+  void mend_faults(std::size_t count) {
+    for (int round = 0;; ++round) {
+      const bool last = round == kHealRounds || capped_;
+      const Mended mended =
+          mend(surface_, box_, {.count = options_.count, .max_count = options_.max_count, .leaves_vacancies = !last},
+               population_, run_);
+      report_.faults = mended.faults;
+      if (mended.done) return;
+      heal(count);
+    }
   }
 
   void relax_by(const RelaxOptions& stage) {
@@ -175,7 +189,7 @@ class Spreading {
       population_.spacing = wanted_spacing(surface_, options_.density, base_spacing_, population_.points, run_);
       fit_spacing(population_, box_, run_);
     }
-    relax(surface_, box_, population_.points, population_.spacing, stage, run_);
+    relax(surface_, box_, population_.points, population_.spacing, stage, run_, {}, &population_.near);
     report_.steps += stage.steps;
   }
 
@@ -187,17 +201,17 @@ class Spreading {
       if (options_.fast || options_.steps == 0)
         reach_count(surface_, box_, options_.density, *options_.count, kPilots, population_, run_);
       else
-        mend_faults();
+        mend_faults(*options_.count);
       failed = land(surface_, box_, tolerance_, population_, run_);
     }
     if (report_.quarantined > 0 || !options_.density.uniform()) fit_spacing(population_, box_, run_);
     if (!population_.points.empty())
       report_.spacing = *std::max_element(population_.spacing.begin(), population_.spacing.end());
     number();
-    const Population& p = population_;
-    const Neighbours near = cell_neighbours(p.points, p.spacing, run_);
-    const std::vector<CellMeasure> cells = measure_cells(p.points, p.spacing, near, box_, run_);
-    report_.evenness = evenness(surface_, box_, p.points, p.spacing, near, cells, run_);
+    Population& p = population_;
+    p.near.refresh(p.points, p.spacing, run_);
+    const std::vector<CellMeasure> cells = measure_cells(p.points, p.spacing, p.near.lists(), box_, run_);
+    report_.evenness = evenness(surface_, box_, p.points, p.spacing, p.near.lists(), cells, run_);
     report_.state = capped_                                                          ? SpreadState::PopulationCap
                     : options_.count && population_.points.size() != *options_.count ? SpreadState::CountMissed
                                                                                      : SpreadState::Even;

@@ -29,7 +29,7 @@ struct SpreadOptions {
   std::optional<std::size_t> count = {};  ///< exactly this many points, >= 1
   Density density = {};                   ///< even by default
   bool fast = false;                   ///< preview: the grown start and two dozen steps; packing about 0.83 instead of 0.90
-  int steps = 30;                      ///< relaxation steps of the main stage; more heals more defects, 0 leaves the start
+  int steps = 24;                      ///< relaxation steps of the main stage; more heals more defects, 0 leaves the start
   std::size_t max_count = 20'000'000;  ///< never more points than this, in any stage
   /// Points to begin with, each within 4 spacings of the surface, with N, pscale and id: an earlier moment's sampling,
   /// carried along. They keep their ids while they live, what they leave uncovered is filled, and the result is stored by
@@ -73,7 +73,7 @@ struct Sampling {
 /// ones where Field::range is tight) has at least one point; never more than max_count points; same bits for any thread
 /// count; the same points up to scale when everything is scaled.
 /// Points on faces of the box stay there. Attributes: N, pscale, id, area, mean_curvature, gauss_curvature.
-/// Cost: linear in the number of points, about 80 field evaluations a point. Progress and cancellation per block of work.
+/// Cost: linear in the number of points, about 75 field evaluations a point. Progress and cancellation per block of work.
 /// Throws InvalidInput unless exactly one of spacing and count is given and positive, and the box is finite and not empty.
 Sampling spread(const field::Field& surface, const Box& box, const SpreadOptions& options, const RunControl& run = {});
 

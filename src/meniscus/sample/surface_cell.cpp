@@ -6,6 +6,12 @@
 #include <cmath>
 
 namespace meniscus::sample {
+namespace {
+
+constexpr double kNear = 1.3;   // of the limit: neighbours that are looked at first,
+constexpr double kReach = 2.9;  // and at all
+
+}  // namespace
 
 void tangent_frame(const Vec3& n, Vec3& u, Vec3& v) {
   u = n.unitOrthogonal();
@@ -24,45 +30,55 @@ void SurfaceCell::build(const SurfacePoints& points, std::size_t i, std::span<co
   count_ = 4;
   nearest_ = std::numeric_limits<double>::infinity();
 
-  // Neighbours on this sheet, nearest first, unrolled: same direction, length of the arc.
+  // Nearest first, until none farther can reach the cell. Most cells are done with the nearer half.
+  const double near = kNear * limit;
+  take(points, i, neighbours, 0, near);
+  if (4 * farthest2() > near * near) take(points, i, neighbours, near, kReach * limit);
+  cut_box(box, limit);
+}
+
+/// Cuts with the neighbours on this sheet whose chords are in [from, to), unrolled: same direction, length of the arc.
+void SurfaceCell::take(const SurfacePoints& points, std::size_t i, std::span<const std::uint32_t> neighbours, double from,
+                       double to) {
+  const Vec3 n = points.normal(i);
   candidates_.clear();
   for (const std::uint32_t j : neighbours) {
-    if (same_sheet(points, i, j) < 0.5) continue;
     const Vec3 d = points.position(j) - center_;
-    const double chord = d.norm(), arc = chord * arc_over_chord(d, n, points.normal(j));
+    const double chord2 = d.squaredNorm();
+    if (chord2 < from * from || chord2 >= to * to || same_sheet(points, i, j) < 0.5) continue;
+    const Vec3 turn = points.normal(j) - n;
+    const double arc = std::sqrt(chord2) * arc_over_chord(d, n, points.normal(j));
     nearest_ = std::min(nearest_, arc);
-    if (!(chord > 0) || chord > 2.9 * limit) continue;
     // The geodesic's start direction, to third order d less its fall times the turn of the normal, and its length.
-    const Vec3 unrolled = d - d.dot(n) / 3 * (points.normal(j) - n);
+    const Vec3 unrolled = d - d.dot(n) / 3 * turn;
     const double u = unrolled.dot(axis_u_), v = unrolled.dot(axis_v_), flat = std::sqrt(u * u + v * v);
     if (flat > 0) candidates_.push_back({arc, u * (arc / flat), v * (arc / flat), j});
   }
-  // Nearest first, until none farther can reach the cell. Most cells are done with the nearer half.
-  const auto nearer = [](const Candidate& a, const Candidate& b) {
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
-  };
-  const auto middle = std::partition(candidates_.begin(), candidates_.end(),
-                                     [limit](const Candidate& c) { return c.distance < 1.3 * limit; });
-  std::sort(candidates_.begin(), middle, nearer);
-  for (auto c = candidates_.begin(); c != candidates_.end(); ++c) {
-    if (c == middle) {
-      if (1.3 * limit * 1.3 * limit > 4 * farthest2()) break;
-      std::sort(middle, candidates_.end(), nearer);
-    }
-    if (c->distance * c->distance > 4 * farthest2()) break;
-    cut(c->u, c->v, 0.5 * c->distance * c->distance, c->index);
+  });
+  for (const Candidate& c : candidates_) {
+    if (c.distance * c.distance > 4 * farthest2()) break;
+    cut(c.u, c.v, 0.5 * c.distance * c.distance, c.index);
   }
-  cut_box(box, limit);
 }
 
 /// Keeps the part with (u, v)·p <= offset.
 void SurfaceCell::cut(double u, double v, double offset, std::int64_t side) {
+  std::array<double, kMaxCorners> above;
+  bool crossed = false;
+  for (int k = 0; k < count_; ++k) {
+    const Corner& a = corner_[static_cast<std::size_t>(k)];
+    above[static_cast<std::size_t>(k)] = u * a.u + v * a.v - offset;
+    crossed = crossed || above[static_cast<std::size_t>(k)] > 0;
+  }
+  if (!crossed) return;
   std::array<Corner, kMaxCorners> kept;
   int n = 0;
   for (int k = 0; k < count_; ++k) {
-    const Corner& a = corner_[static_cast<std::size_t>(k)];
-    const Corner& b = corner_[static_cast<std::size_t>(k + 1 == count_ ? 0 : k + 1)];
-    const double fa = u * a.u + v * a.v - offset, fb = u * b.u + v * b.v - offset;
+    const auto here = static_cast<std::size_t>(k), next = static_cast<std::size_t>(k + 1 == count_ ? 0 : k + 1);
+    const Corner &a = corner_[here], &b = corner_[next];
+    const double fa = above[here], fb = above[next];
     if (n + 2 > kMaxCorners) return;
     if (fa <= 0) kept[static_cast<std::size_t>(n++)] = a;
     if ((fa <= 0) == (fb <= 0)) continue;

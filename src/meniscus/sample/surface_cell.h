@@ -52,6 +52,7 @@ class SurfaceCell {
     std::uint32_t index;
   };
 
+  void take(const SurfacePoints& points, std::size_t i, std::span<const std::uint32_t> neighbours, double from, double to);
   void cut(double u, double v, double offset, std::int64_t side);
   void cut_box(const Box& box, double limit);
   double farthest2() const;
