@@ -8,6 +8,7 @@
 // bricks, and redistances when due (here every fourth step). Usage: bench_band_step [--json FILE] [--radius VOXELS]
 #include <meniscus/band/evolver.h>
 #include <meniscus/band/kernels.h>
+#include <meniscus/band/redistance.h>
 #include <meniscus/base/parallel.h>
 #include <meniscus/field/primitives.h>
 
@@ -28,8 +29,9 @@ using namespace meniscus;
 
 namespace {
 
-constexpr double kWay = 20;  // voxels from the ball to its goal
-constexpr int kRounds = 3;   // the fastest counts
+constexpr double kWay = 20;   // voxels from the ball to its goal
+constexpr double kSpeed = 3;  // voxels per second: half a voxel in each of our steps
+constexpr int kRounds = 3;    // the fastest counts
 
 /// Active voxels times steps, and active voxels times the way of the surface in voxels, per second of processor time.
 struct Rate {
@@ -62,12 +64,10 @@ Rate kernel(const band::Band& band) {
   std::vector<float> out(band.values().size());
   const bench::Measure m = bench::measure([&] {
     for (int s = 0; s < kSteps; ++s) {
-      const band::NearRows near(band, band.background(), {});
       parallel_for(band.brick_count(), 16, {}, [&](std::size_t b) {
-        const band::Rows rows = near.of(b);
         band::Halo halo;
-        band::gather_halo(band, band.values().data(), b, band.background(), -band.background(), halo, rows);
-        band::kernels().step(halo, speed, nullptr, c, rows, out.data() + b * 512);
+        band::gather_halo(band, band.values().data(), b, band.background(), -band.background(), halo);
+        band::kernels().step(halo, speed, nullptr, c, band::kAllRows, out.data() + b * 512);
       });
     }
   });
@@ -75,12 +75,21 @@ Rate kernel(const band::Band& band) {
   return {voxels / m.cpu_seconds, 0.5 * voxels / m.cpu_seconds};
 }
 
-Rate whole_step(const band::Band& start, double radius) {
-  const auto goal = field::sphere({0, 0, 0}, radius + kWay);
+/// The same speed at every crossing: what a step costs besides its strategies.
+class Steady final : public band::Strategy {
+ public:
+  std::string name() const override { return "steady"; }
+  void add_speed(const band::SurfaceSamples&, std::span<double> speed, const RunControl&) override {
+    for (double& v : speed) v += kSpeed;
+  }
+  bool needs_normals() const override { return false; }
+};
+
+Rate whole_step(const band::Band& start, std::shared_ptr<band::Strategy> strategy) {
   band::EvolverOptions o;
   o.tension = 0.1;
   band::Evolver skin(start, o);
-  skin.add(std::make_shared<band::Target>(*goal, 1.0, 3.0));  // three voxels per second, half a voxel per step
+  skin.add(std::move(strategy));
   skin.advance(0, 0.5);
   const double active = static_cast<double>(skin.band().active_nodes()), before = radius_of(skin.band());
   int steps = 0;
@@ -89,7 +98,7 @@ Rate whole_step(const band::Band& start, double radius) {
   return {mean * steps / m.cpu_seconds, mean * (radius_of(skin.band()) - before) / m.cpu_seconds};
 }
 
-Rate openvdb_step(double radius) {
+Rate openvdb_step(double radius, int normalisations) {
   const float r = static_cast<float>(radius), way = static_cast<float>(kWay);
   auto from = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(r, {0, 0, 0}, 1.0f, 4.0f);
   auto to = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(r + way, {0, 0, 0}, 1.0f, 2 * way);
@@ -98,7 +107,7 @@ Rate openvdb_step(double radius) {
   morph.setTemporalScheme(openvdb::math::TVD_RK1);
   morph.setTrackerSpatialScheme(openvdb::math::FIRST_BIAS);
   morph.setTrackerTemporalScheme(openvdb::math::TVD_RK1);
-  morph.setNormCount(1);
+  morph.setNormCount(normalisations);
   const auto front = [&] {  // of the surface on the x axis
     for (int x = 1;; ++x) {
       const float here = from->tree().getValue({x, 0, 0}), back = from->tree().getValue({x - 1, 0, 0});
@@ -113,13 +122,42 @@ Rate openvdb_step(double radius) {
 }
 
 /// Bytes that an evolver holds while it steps: the samples four times over (samples, next, speeds, their extension) and once
-/// more while bricks wake, neighbours, coordinates, the table of bricks.
+/// more while bricks wake, outlines, neighbours, coordinates, the table of bricks.
 double bytes(const band::Band& b) {
-  return static_cast<double>(b.brick_count()) * (5 * 512 * sizeof(float) + 27 * 4 + 12 + 4 * 4);
+  return static_cast<double>(b.brick_count()) * (5 * 512 * sizeof(float) + sizeof(band::Outline) + 27 * 4 + 12 + 4 * 4);
+}
+
+template <class Work>
+double quickest(const Work& work) {
+  double best = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < 2 * kRounds; ++round) best = std::min(best, bench::measure(work).cpu_seconds);
+  return best;
+}
+
+/// Processor seconds that parts of a step take for a whole band.
+std::vector<std::pair<std::string, double>> parts(const band::Band& start, const field::Field& goal) {
+  band::Band band = start;
+  band::Outlines outlines = band::outlines_of(band);
+  band::Crossings crossings;
+  const double found = quickest([&] { band::find_crossings(band, outlines, false, crossings, {}); });
+  std::vector<double> speed(crossings.size());
+  const std::vector<std::int32_t> component(crossings.size());
+  const band::SurfaceSamples samples{crossings, component, {}, band.voxel(), 0, 1};
+  band::Target target(goal, 1, kSpeed);
+  const double asked = quickest([&] { target.add_speed(samples, speed, {}); });
+  band::NodeSpeeds near;
+  const double meant = quickest([&] { band::near_speeds(band, crossings, speed, near); });
+  std::vector<float> room;
+  const double spread = quickest([&] { band::spread_distances(band, outlines, 3, room, {}); });
+  std::vector<float> copy(band.values().size());
+  const double copied = quickest([&] { std::copy(band.values().begin(), band.values().end(), copy.begin()); });
+  return {{"crossings", found}, {"goal", asked}, {"means", meant}, {"distances", spread}, {"a copy", copied}};
 }
 
 nlohmann::json growth() {
-  std::printf("\n| grid | active nodes | bricks | ms per step | bytes per active node |\n|---|---|---|---|---|\n");
+  std::printf(
+      "\n| grid | active nodes | ms per step | bytes per node | ns per node: step | crossings | goal | means | "
+      "distances | a copy |\n|---|---|---|---|---|---|---|---|---|---|\n");
   nlohmann::json table = nlohmann::json::array();
   std::vector<std::pair<double, double>> points;
   for (const int n : {64, 128, 256, 512}) {
@@ -128,22 +166,28 @@ nlohmann::json growth() {
     o.tension = 0.1;
     const auto goal = field::sphere({0, 0, 0}, radius + 4);
     double best = std::numeric_limits<double>::infinity();
-    std::size_t active = 0, bricks = 0;
+    std::size_t active = 0;
     double held = 0;
     const band::Band start = band::band_of(*field::sphere({0, 0, 0}, radius), 1);
     for (int round = 0; round < kRounds; ++round) {
       band::Evolver skin(start, o);
-      skin.add(std::make_shared<band::Target>(*goal, 1.0, 3.0));
+      skin.add(std::make_shared<band::Target>(*goal, 1.0, kSpeed));
       int steps = 0;
       const bench::Measure m = bench::measure([&] { steps = skin.advance(0, 8.0 / 6).steps; });
       best = std::min(best, m.cpu_seconds / steps);
       active = skin.band().active_nodes();
-      bricks = skin.band().brick_count();
       held = bytes(skin.band()) / static_cast<double>(active);
     }
     points.emplace_back(std::log(static_cast<double>(n)), std::log(best));
-    std::printf("| %d³ | %zu | %zu | %.2f | %.0f |\n", n, active, bricks, 1e3 * best, held);
-    table.push_back({{"grid", n}, {"active", active}, {"cpu_seconds_per_step", best}, {"bytes_per_active_node", held}});
+    std::printf("| %d³ | %zu | %.2f | %.0f | %.1f |", n, active, 1e3 * best, held, 1e9 * best / static_cast<double>(active));
+    nlohmann::json row = {{"grid", n}, {"active", active}, {"cpu_seconds_per_step", best}, {"bytes_per_active_node", held}};
+    const double nodes = static_cast<double>(start.active_nodes());
+    for (const auto& [what, seconds] : parts(start, *goal)) {
+      std::printf(" %.1f |", 1e9 * seconds / nodes);
+      row["cpu_seconds"][what] = seconds;
+    }
+    std::printf("\n");
+    table.push_back(row);
   }
   double mx = 0, my = 0, xy = 0, xx = 0;
   for (const auto& [x, y] : points) {
@@ -169,12 +213,16 @@ int main(int argc, char** argv) {
   }
   openvdb::initialize();
   const band::Band start = band::band_of(*field::sphere({0, 0, 0}, radius), 1);
+  const auto goal = field::sphere({0, 0, 0}, radius + kWay);
   const std::pair<std::string, Rate> rows[] = {
-      {"ours: transport + tension kernel with halo", fastest([&] { return kernel(start); })},
-      {"ours: whole step", fastest([&] { return whole_step(start, radius); })},
-      {"OpenVDB LevelSetMorphing, first order, with its tracking", fastest([&] { return openvdb_step(radius); })},
+      {"OpenVDB LevelSetMorphing, first order, one renormalisation", fastest([&] { return openvdb_step(radius, 1); })},
+      {"OpenVDB LevelSetMorphing, first order, none", fastest([&] { return openvdb_step(radius, 0); })},
+      {"ours: transport + tension kernel with its halo, all of the band", fastest([&] { return kernel(start); })},
+      {"ours: step at a given speed", fastest([&] { return whole_step(start, std::make_shared<Steady>()); })},
+      {"ours: step towards a goal",
+       fastest([&] { return whole_step(start, std::make_shared<band::Target>(*goal, 1.0, kSpeed)); })},
   };
-  const Rate peer = rows[2].second;
+  const Rate peer = rows[0].second;
   std::printf("| step | Mvoxel/s | × | Mvoxel·voxel of way/s | × |\n|---|---|---|---|---|\n");
   nlohmann::json table = nlohmann::json::array();
   for (const auto& [what, r] : rows) {

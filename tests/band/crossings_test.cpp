@@ -50,6 +50,7 @@ TEST(Crossings, SpeedsAreCarriedAlongTheNormals) {
   std::vector<double> speed(c.size());
   const auto truth = [](const Vec3& x) { return 1 + (x - kCenter).normalized().x(); };
   for (std::size_t i = 0; i < speed.size(); ++i) speed[i] = truth(c.x.view()[i]);
+  const Outlines outlines = outlines_of(band);
   NodeSpeeds near, once;
   once.values.resize(band.values().size());
   once.any.assign(band.brick_count(), 1);
@@ -57,7 +58,7 @@ TEST(Crossings, SpeedsAreCarriedAlongTheNormals) {
   const auto pass = [&](const NodeSpeeds& from, std::size_t b) {
     Halo phi, v;
     gather_star(band, band.values().data(), b, band.background(), -band.background(), phi);
-    extend_speeds(band, from, b, phi, v);
+    extend_speeds(band, from, b, phi, layers_within(outlines[b], 8), v);
     return v;
   };
   for (std::size_t b = 0; b < band.brick_count(); ++b) kernels().centre(pass(near, b), once.values.data() + b * 512);

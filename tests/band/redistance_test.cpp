@@ -54,13 +54,19 @@ TEST(Redistancing, DistancesFollowWhatIsNextToTheSurface) {
   for (float& f : moved)
     if (std::abs(f) < 1.5f) f -= 0.3f;
   band.swap_values(moved);
-  spread_distances(band, 2.5f, room, {});
+  Outlines outlines = outlines_of(band);
+  spread_distances(band, outlines, 2.5, room, {});
   EXPECT_LT(worst_error(band, 16.3, 1), 0.05);
-  spread_distances(band, 2.5f, room, {});  // what was beyond a brick's border is one pass late
+  spread_distances(band, outlines, 2.5, room, {});  // what was beyond a brick's border is one pass late
   EXPECT_LT(worst_error(band, 16.3, 2), 0.05);
   EXPECT_GT(worst_error(band, 16.3, 3.6), 0.2);  // beyond its reach nothing has changed
-  for (int pass = 0; pass < 4; ++pass) spread_distances(band, band.background(), room, {});
+  for (int pass = 0; pass < 4; ++pass) spread_distances(band, outlines, Band::kHalfWidth, room, {});
   EXPECT_LT(worst_error(band, 16.3, 3.6), 0.06);
+  const Outlines fresh = outlines_of(band);
+  for (std::size_t b = 0; b < fresh.size(); ++b) {
+    EXPECT_EQ(outlines[b].inside, fresh[b].inside);
+    EXPECT_EQ(outlines[b].nearest, fresh[b].nearest);
+  }
 }
 
 TEST(Redistancing, StopsWhenToldTo) {

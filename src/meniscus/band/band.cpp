@@ -123,25 +123,29 @@ std::int32_t Band::side(std::size_t brick, std::size_t d) const {
   return values_[brick * kBrickNodes + node] < 0 ? kInside : kOutside;
 }
 
-void Band::link(const RunControl& run) { relink(std::vector<std::int32_t>(bricks_.size(), -1), true, run); }
+void Band::link(const RunControl& run) { relink(std::vector<std::int32_t>(bricks_.size(), -1), run); }
 
 /// Finds neighbours anew; what is known of a brick's neighbours before is used. `map` as adapt() returns it.
-void Band::relink(const std::vector<std::int32_t>& map, bool woken, const RunControl& run) {
+void Band::relink(const std::vector<std::int32_t>& map, const RunControl& run) {
   std::vector<std::int32_t> now(neighbours_.size(), -1);
   for (std::size_t b = 0; b < map.size(); ++b)
     if (map[b] >= 0) now[static_cast<std::size_t>(map[b])] = static_cast<std::int32_t>(b);
   std::vector<Neighbours> neighbours(bricks_.size());
   parallel_for(bricks_.size(), 64, run, [&](std::size_t b) {
     for (std::size_t d = 0; d < 27; ++d) {
-      const std::int32_t old = map[b] < 0 ? -1 : neighbours_[static_cast<std::size_t>(map[b])][d];
-      std::int32_t n = old >= 0 ? now[static_cast<std::size_t>(old)] : -1;
-      if (old < 0 && woken) {
-        const int x = static_cast<int>(d);
+      const int x = static_cast<int>(d);
+      std::int32_t n = -1;
+      if (map[b] < 0)
         n = find(moved(bricks_[b], x / 9 - 1, x / 3 % 3 - 1, x % 3 - 1));
-      }
+      else if (const std::int32_t old = neighbours_[static_cast<std::size_t>(map[b])][d]; old >= 0)
+        n = now[static_cast<std::size_t>(old)];
       neighbours[b][d] = n >= 0 ? n : side(b, d);
     }
   });
+  for (std::size_t b = 0; b < map.size(); ++b)  // what has woken is there for its neighbours, too
+    for (std::size_t d = 0; map[b] < 0 && d < 27; ++d)
+      if (neighbours[b][d] >= 0)
+        neighbours[static_cast<std::size_t>(neighbours[b][d])][26 - d] = static_cast<std::int32_t>(b);
   neighbours_.swap(neighbours);
 }
 
@@ -264,7 +268,7 @@ std::vector<std::int32_t> Band::adapt(const RunControl& run) {
   const std::size_t count = static_cast<std::size_t>(std::count(stays.begin(), stays.end(), 1)) + missing.size();
   map.reserve(count);
   bricks.reserve(count);
-  values.reserve(count * kBrickNodes);
+  if (values.capacity() < count * kBrickNodes) values.reserve(count * kBrickNodes * 5 / 4);  // it may grow from step to step
   auto next = missing.begin();
   const auto wake_until = [&](const Coord* end) {
     for (; next != missing.end() && (end == nullptr || next->first < *end); ++next) {
@@ -285,7 +289,7 @@ std::vector<std::int32_t> Band::adapt(const RunControl& run) {
   bricks_.swap(bricks);
   values_.swap(values);
   index();
-  relink(map, !missing.empty(), run);
+  relink(map, run);
   return map;
 }
 
@@ -312,76 +316,13 @@ struct Sources {
 
 }  // namespace
 
-void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
-                 Rows rows) {
-  kernels().gather(Sources(band, data, brick, outside, inside).source, rows, halo);
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo) {
+  kernels().gather(Sources(band, data, brick, outside, inside).source, halo);
 }
 
-void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo, Rows rows,
+void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
                  const char* present) {
-  kernels().gather_star(Sources(band, data, brick, outside, inside, present).source, rows, halo);
-}
-
-namespace {
-
-/// A bit per byte that is not zero.
-unsigned bytes_of(std::uint64_t m) {
-  m |= m >> 4;
-  m |= m >> 2;
-  m |= m >> 1;
-  return static_cast<unsigned>((m & 0x0101010101010101) * 0x0102040810204080 >> 56);
-}
-
-}  // namespace
-
-NearRows::NearRows(const Band& band, float limit, const RunControl& run) : band_(band), near_(band.brick_count()) {
-  parallel_for(near_.size(), 64, run,
-               [&](std::size_t b) { kernels().nearer(band.values().data() + b * Band::kBrickNodes, limit, near_[b]); });
-}
-
-Rows NearRows::of(std::size_t brick) const {
-  constexpr NodeBits kNone{};
-  const auto beside = [&](int dx, int dy, int dz) -> const NodeBits& {
-    const std::int32_t n = band_.neighbours(brick)[Band::direction(dx, dy, dz)];
-    return n < 0 ? kNone : near_[static_cast<std::size_t>(n)];
-  };
-  const NodeBits &own = near_[brick], &left = beside(0, -1, 0), &right = beside(0, 1, 0), &behind = beside(0, 0, -1),
-                 &ahead = beside(0, 0, 1);
-  unsigned held[10];  // rows that hold such a node, in the planes from -1 to 8
-  held[0] = bytes_of(beside(-1, 0, 0)[7]);
-  for (std::size_t i = 0; i < 8; ++i) held[i + 1] = bytes_of(own[i]);
-  held[9] = bytes_of(beside(1, 0, 0)[0]);
-  Rows rows = 0;
-  for (std::size_t i = 0; i < 8; ++i) {
-    const std::uint64_t ends = (behind[i] & 0x8080808080808080) | (ahead[i] & 0x0101010101010101);
-    unsigned r = held[i + 1] | held[i + 1] << 1 | held[i + 1] >> 1 | held[i] | held[i + 2] | bytes_of(ends);
-    if (left[i] >> 56 != 0) r |= 0x01;
-    if ((right[i] & 0xFF) != 0) r |= 0x80;
-    rows |= static_cast<Rows>(r & 0xFF) << (8 * i);
-  }
-  return rows;
-}
-
-std::vector<char> surface_bricks(const Band& band, const RunControl& run) {
-  constexpr char kIn = 1, kOut = 2, kBoth = 3;
-  std::vector<char> sides(band.brick_count()), out(sides.size());
-  parallel_for(sides.size(), 64, run, [&](std::size_t b) {
-    NodeBits inside;
-    kernels().inside(band.values().data() + b * Band::kBrickNodes, inside);
-    std::uint64_t any = 0, all = ~std::uint64_t{0};
-    for (const std::uint64_t plane : inside) {
-      any |= plane;
-      all &= plane;
-    }
-    sides[b] = static_cast<char>((any != 0 ? kIn : 0) | (~all != 0 ? kOut : 0));
-  });
-  parallel_for(sides.size(), 64, run, [&](std::size_t b) {
-    char seen = 0;
-    for (const std::int32_t n : band.neighbours(b))
-      seen |= n >= 0 ? sides[static_cast<std::size_t>(n)] : n == Band::kInside ? kIn : kOut;
-    out[b] = seen == kBoth;
-  });
-  return out;
+  kernels().gather_star(Sources(band, data, brick, outside, inside, present).source, halo);
 }
 
 }  // namespace meniscus::band

@@ -88,7 +88,7 @@ class Band {
   void index();
   std::int32_t side(std::size_t brick, std::size_t d) const;
   void link(const RunControl& run);
-  void relink(const std::vector<std::int32_t>& map, bool woken, const RunControl& run);
+  void relink(const std::vector<std::int32_t>& map, const RunControl& run);
 
   double voxel_;
   Vec3 origin_;
@@ -104,29 +104,13 @@ class Band {
 Vec3 surface_normal(const Band& band, const Vec3& x);
 
 /// Copies the samples of a brick and two more on every side into `halo` from an array that runs along the band's bricks;
-/// beyond bricks the value is `outside` or `inside`. Only what stencils of `rows` read need be there, and the brick itself.
-void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
-                 Rows rows = kAllRows);
+/// beyond bricks the value is `outside` or `inside`.
+void gather_halo(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo);
 
 /// The same without what lies across the brick's edges and corners: enough for stencils along the axes. Bricks whose
 /// `present` is 0 count as not there (null: all are).
 void gather_star(const Band& band, const float* data, std::size_t brick, float outside, float inside, Halo& halo,
-                 Rows rows = kAllRows, const char* present = nullptr);
-
-/// Tells where near the surface work is to be done: the rows that hold, or border on, a node nearer to it than `limit`.
-class NearRows {
- public:
-  /// `band` must outlive this; the answer is that of its samples now.
-  NearRows(const Band& band, float limit, const RunControl& run);
-  Rows of(std::size_t brick) const;
-
- private:
-  const Band& band_;
-  std::vector<NodeBits> near_;
-};
-
-/// Per brick whether both sides of the surface are found in it and its neighbours.
-std::vector<char> surface_bricks(const Band& band, const RunControl& run);
+                 const char* present = nullptr);
 
 /// The band of any field's surface inside `box` (its own bounds when empty): finds every component whose thickness exceeds
 /// about a voxel, by the field's interval range where that can prune. Samples are first-order distances F/|∇F|, then

@@ -1,4 +1,5 @@
 #include <meniscus/band/components.h>
+#include <meniscus/band/outline.h>
 #include <meniscus/base/disjoint_sets.h>
 #include <meniscus/base/parallel.h>
 
@@ -54,8 +55,9 @@ NodeBits take_piece(NodeBits& nodes) {
 /// Pieces of a brick, not labelled yet.
 std::vector<Labels::Piece> pieces_of(const Band& band, std::size_t brick) {
   const float* f = band.values().data() + brick * Band::kBrickNodes;
-  NodeBits left, active;
-  kernels().inside(f, left);
+  Outline outline;
+  update_outline(band, f, outline);
+  NodeBits left = outline.inside, active;
   kernels().nearer(f, band.background(), active);
   for (std::size_t plane = 0; plane < 8; ++plane) left[plane] &= active[plane];
   std::vector<Labels::Piece> out;
@@ -157,7 +159,7 @@ std::vector<Component> measure_components(const Band& band, const Labels& labels
   std::vector<std::vector<Share>> shares(band.brick_count());
   // Coordinates in voxels about a middle brick: far from the origin the flux would cancel badly.
   const Coord middle = band.empty() ? Coord{} : band.bricks()[band.brick_count() / 2];
-  const std::vector<char> near = surface_bricks(band, run);
+  const std::vector<char> near = surface_bricks(band, outlines_of(band, run), run);
   parallel_for(band.brick_count(), 16, run, [&](std::size_t b) {
     if (near[b] == 0) return;
     const Coord& c = band.bricks()[b];

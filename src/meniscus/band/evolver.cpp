@@ -13,25 +13,11 @@ namespace {
 
 // Transport by extended speeds leaves distances distances, all but the errors of its scheme; tension does not.
 constexpr double kTransportShare = 0.1;
-constexpr float kKeptReach = 2.5f;   // voxels within which samples are distances after every step: what stencils read
-constexpr double kAdaptAfter = 0.9;  // voxels of travel after which bricks wake and drop
-
-/// One stage of tension over the rows in `near`.
-void stage(const Band& band, const NearRows& near, const float* previous, const StepCoefficients& c, std::vector<float>& out,
-           const RunControl& run) {
-  out.resize(band.values().size());
-  parallel_for(band.brick_count(), 16, run, [&](std::size_t brick) {
-    const std::size_t n = brick * Band::kBrickNodes;
-    const Rows rows = near.of(brick);
-    if (rows == 0) {
-      std::copy_n(band.values().data() + n, Band::kBrickNodes, out.data() + n);
-      return;
-    }
-    Halo halo;
-    gather_halo(band, band.values().data(), brick, band.background(), -band.background(), halo, rows);
-    kernels().step(halo, nullptr, previous ? previous + n : nullptr, c, rows, out.data() + n);
-  });
-}
+constexpr double kKeptReach = 2.5;   // voxels within which samples are distances after every step: what stencils read
+constexpr double kBeside = 1.2;      // voxels: nodes next to the surface are nearer, where slopes are within a fifth of one
+constexpr double kMaxCurvature = 2;  // per voxel: what the tension of a step counts at most
+constexpr double kTensionReach = 3.5;  // voxels within which tension acts
+constexpr double kAdaptAfter = 0.9;    // voxels of travel after which bricks wake and drop
 
 StepCoefficients coefficients(const Band& band) {
   StepCoefficients c;
@@ -47,6 +33,8 @@ int stages_for(double dt, double tension, double voxel) {
   return std::max(s | 1, 1);
 }
 
+Rows all_of(const RowLayers& rows) { return rows[0] | rows[1] | rows[2] | rows[3]; }
+
 double largest(std::span<const double> v) {
   double m = 0;
   for (const double x : v) m = std::max(m, std::abs(x));
@@ -60,6 +48,7 @@ Evolver::Evolver(Band band, EvolverOptions options) : band_(std::move(band)), op
     throw InvalidInput("tension must be finite and not negative");
   if (!(options.courant > 0 && options.courant < 1)) throw InvalidInput("the Courant number must lie between 0 and 1");
   band_.adapt();
+  outlines_ = outlines_of(band_);
 }
 
 bool Evolver::tracks_components() const {
@@ -117,27 +106,40 @@ std::vector<double> Evolver::speeds(const Crossings& crossings, double time, dou
   return speed;
 }
 
+/// Gives `work` the halo of every brick with rows within `reach` voxels of the surface, those rows, and room for its new
+/// samples, all of which it is to write.
+template <class Work>
+void Evolver::change_near(double reach, const RunControl& run, const Work& work) {
+  const float background = band_.background(), *values = band_.values().data();
+  next_.values.resize(band_.values().size());
+  parallel_for(band_.brick_count(), 16, run, [&](std::size_t brick) {
+    const float* own = values + brick * Band::kBrickNodes;
+    float* out = next_.values.data() + brick * Band::kBrickNodes;
+    const RowLayers rows = layers_within(outlines_[brick], reach);
+    if (rows == RowLayers{}) {
+      std::copy_n(own, Band::kBrickNodes, out);
+      return;
+    }
+    Halo phi;
+    gather_halo(band_, values, brick, background, -background, phi);
+    work(brick, phi, rows, out);
+    update_outline(band_, out, outlines_[brick]);
+  });
+  band_.swap_values(next_.values);
+}
+
 /// Moves the surface by `c.c` times its speeds, with tension where `c` has it. Nodes next to the surface and those that they
 /// may hand it on to are carried; the distances of all others are to follow.
 void Evolver::transport(const Crossings& crossings, std::span<const double> speed, const StepCoefficients& c,
                         const RunControl& run) {
   near_speeds(band_, crossings, speed, speed_, run);
-  const NearRows near(band_, static_cast<float>(band_.voxel()), run);
-  const float background = band_.background();
-  next_.values.resize(band_.values().size());
-  parallel_for(band_.brick_count(), 16, run, [&](std::size_t brick) {
-    const std::size_t n = brick * Band::kBrickNodes;
-    const Rows rows = near.of(brick);
-    if (rows == 0) {
-      std::copy_n(band_.values().data() + n, Band::kBrickNodes, next_.values.data() + n);
-      return;
-    }
-    Halo phi, v;
-    gather_halo(band_, band_.values().data(), brick, background, -background, phi, rows);
-    extend_speeds(band_, speed_, brick, phi, v, rows);
-    kernels().step(phi, v, nullptr, c, rows, next_.values.data() + n);
+  const double h = band_.voxel(), dt = static_cast<double>(c.c), tension = static_cast<double>(c.tension);
+  const double way = largest(speed) * dt / h + kMaxCurvature * tension * dt / (h * h);
+  change_near(kBeside + way, run, [&](std::size_t brick, const Halo& phi, const RowLayers& rows, float* out) {
+    Halo v;
+    extend_speeds(band_, speed_, brick, phi, rows, v);
+    kernels().step(phi, v, nullptr, c, all_of(rows), out);
   });
-  band_.swap_values(next_.values);
 }
 
 /// One step. Tension goes with transport when one stage of it is stable; otherwise it follows. Returns its stages.
@@ -151,7 +153,7 @@ int Evolver::move(const Crossings& crossings, std::span<const double> speed, dou
     transport(crossings, speed, c, run);
   }
   if (stages > 1 || !moves) {
-    if (moves) spread_distances(band_, band_.background(), next_.values, run);
+    if (moves) spread_distances(band_, outlines_, Band::kHalfWidth, next_.values, run);
     relax(stages, dt, run);
   }
   return stages;
@@ -160,16 +162,17 @@ int Evolver::move(const Crossings& crossings, std::span<const double> speed, dou
 void Evolver::relax(int stages, double dt, const RunControl& run) {
   StepCoefficients c = coefficients(band_);
   c.tension = static_cast<float>(options_.tension);
-  // Tension fades out over the voxel before the last: rows beyond are left alone.
-  const NearRows near(band_, band_.background() - c.voxel, run);
   const double share = 2.0 / (stages * stages + stages);
   // Legendre's recurrence: Y_j = (2j-1)/j Y_{j-1} + (1-j)/j Y_{j-2} + (2j-1)/j share dt rate(Y_{j-1}). Where nothing
   // moves it must return the clamped value to the last bit, or the band would grow: hence the form of the kernel.
   for (int j = 1; j <= stages; ++j) {
     c.b = static_cast<float>((1.0 - j) / j);
     c.c = static_cast<float>((2.0 * j - 1) / j * share * dt);
-    stage(band_, near, j > 1 ? before_.values.data() : nullptr, c, next_.values, run);
-    band_.swap_values(next_.values);  // band: Y_j, next: Y_{j-1}
+    // Tension fades out over the voxel before the last; stages may move what is near there a little.
+    change_near(kTensionReach, run, [&](std::size_t brick, const Halo& phi, const RowLayers& rows, float* out) {
+      const float* previous = j > 1 ? before_.values.data() + brick * Band::kBrickNodes : nullptr;
+      kernels().step(phi, nullptr, previous, c, all_of(rows), out);
+    });  // band: Y_j, next: Y_{j-1}
     before_.values.swap(next_.values);
   }
 }
@@ -177,11 +180,15 @@ void Evolver::relax(int stages, double dt, const RunControl& run) {
 void Evolver::settle_topology(const RunControl& run) {
   tracked_ = false;
   const std::vector<std::int32_t> map = band_.adapt(run);
-  if (!labels_.begin.empty() && (!map.empty() || band_.empty())) labels_.remap(map);
+  if (!map.empty() || band_.empty()) {
+    remap_outlines(band_, map, outlines_);
+    if (!labels_.begin.empty()) labels_.remap(map);
+  }
 }
 
 void Evolver::renew(bool volumes, const RunControl& run) {
   redistance(band_, run);
+  outlines_ = outlines_of(band_, run);
   tracked_ = false;
   if (volumes) settle_volumes(run);
   travelled_ = 0;
@@ -195,14 +202,14 @@ void Evolver::follow(bool last, AdvanceReport& report, const RunControl& run) {
   tracked_ = false;
   const bool due = travelled_ >= options_.redistance_after;
   if (due) {
-    rescale_distances(band_, next_.values, run);
+    rescale_distances(band_, outlines_, next_.values, run);
     travelled_ = 0;
     ++report.redistancings;
     // One pass more: tension has changed nodes further off, too, and a pass hands on from brick to brick what was there.
-    spread_distances(band_, band_.background(), next_.values, run);
+    spread_distances(band_, outlines_, Band::kHalfWidth, next_.values, run);
   }
   const bool all = due || last || way_ >= kAdaptAfter;
-  spread_distances(band_, all ? band_.background() : kKeptReach * static_cast<float>(band_.voxel()), next_.values, run);
+  spread_distances(band_, outlines_, all ? Band::kHalfWidth : kKeptReach + way_, next_.values, run);
   if (all) {
     settle_topology(run);
     way_ = 0;
@@ -228,9 +235,10 @@ AdvanceReport Evolver::advance(double time, double duration, double max_step, co
       if (report.steps == options_.max_steps)
         throw Error("the surface moves too fast: more than " + std::to_string(options_.max_steps) + " steps for one frame");
       planned = std::min({planned, limit, left});
-      find_crossings(band_, normals, crossings, run);
+      find_crossings(band_, outlines_, normals, crossings, run);
       if (crossings.size() == 0) {  // the last piece has vanished
         band_.keep_surface(run);
+        outlines_ = outlines_of(band_, run);
         settle_topology(run);
         break;
       }
@@ -294,6 +302,7 @@ void Evolver::edit(FunctionRef<void(Band&)> edit, const RunControl& run) {
     }
     labels_.remap(map);
   }
+  outlines_ = outlines_of(band_, run);
   settle_topology(run);
 }
 

@@ -70,6 +70,8 @@ class Evolver {
  private:
   std::vector<double> speeds(const Crossings& crossings, double time, double step, const RunControl& run);
   int move(const Crossings& crossings, std::span<const double> speed, double dt, const RunControl& run);
+  template <class Work>
+  void change_near(double reach, const RunControl& run, const Work& work);
   void transport(const Crossings& crossings, std::span<const double> speed, const StepCoefficients& c,
                  const RunControl& run);
   void relax(int stages, double dt, const RunControl& run);
@@ -87,6 +89,7 @@ class Evolver {
   bool tracked_ = false;  // labels and components belong to the present samples
   double travelled_ = 0;  // voxels since the last redistancing
   double way_ = 0;        // voxels since bricks last woke
+  Outlines outlines_;     // of the present samples
   Spare next_, before_;   // room for passes over the bricks
   NodeSpeeds speed_;
 };

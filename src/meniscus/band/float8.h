@@ -11,7 +11,8 @@ typedef float Float8 __attribute__((vector_size(32)));
 typedef int Int8 __attribute__((vector_size(32)));  // results of comparisons: all bits or none
 typedef float Float8Unaligned __attribute__((vector_size(32), aligned(4), may_alias));
 
-#define MENISCUS_KERNEL_INLINE static inline __attribute__((always_inline))
+#define MENISCUS_KERNEL_MEMBER inline __attribute__((always_inline))
+#define MENISCUS_KERNEL_INLINE static MENISCUS_KERNEL_MEMBER
 
 MENISCUS_KERNEL_INLINE Float8 load8(const float* p) { return *reinterpret_cast<const Float8Unaligned*>(p); }
 MENISCUS_KERNEL_INLINE void store8(float* p, Float8 v) { *reinterpret_cast<Float8Unaligned*>(p) = v; }
@@ -58,7 +59,13 @@ MENISCUS_KERNEL_INLINE Float8 before8(Float8 behind, Float8 a) {
 MENISCUS_KERNEL_INLINE Float8 after8(Float8 a, Float8 ahead) {
   return __builtin_shufflevector(a, ahead, 1, 2, 3, 4, 5, 6, 7, 8);
 }
+/// The second half of a row and the first half of the next.
+MENISCUS_KERNEL_INLINE Float8 join8(Float8 a, Float8 ahead) {
+  return __builtin_shufflevector(a, ahead, 4, 5, 6, 7, 8, 9, 10, 11);
+}
 MENISCUS_KERNEL_INLINE Float8 abs8(Float8 a) { return max8(a, -a); }
+/// Rounded towards zero.
+MENISCUS_KERNEL_INLINE Int8 truncated8(Float8 a) { return __builtin_convertvector(a, Int8); }
 /// The nearer to zero of two values of one sign, 0 for values of opposite signs.
 MENISCUS_KERNEL_INLINE Float8 minmod8(Float8 a, Float8 b) {
   const Float8 zero = set8(0);

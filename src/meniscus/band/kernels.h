@@ -32,6 +32,16 @@ using NodeBits = std::array<std::uint64_t, 8>;
 /// A bit per row of a brick: 8 i + j. What a kernel is told to work on; other rows stay as they are.
 using Rows = std::uint64_t;
 inline constexpr Rows kAllRows = ~Rows{0};
+/// Rows in the order in which they come near to the surface: those within a voxel, two, three, and the others.
+using RowLayers = std::array<Rows, 4>;
+
+/// What passes over the bricks need to know before they look at a brick's samples.
+struct Outline {
+  static constexpr int kSteps = 16;      ///< to a voxel
+  static constexpr int kMost = 64;       ///< steps
+  NodeBits inside;                       ///< nodes whose sample is below zero
+  std::array<std::uint8_t, 64> nearest;  ///< how near each row comes to the surface, in steps, rounded down; at most kMost
+};
 
 /// One explicit stage: out = φ + b (previous - φ) + c rate(φ), clamped to ±background, with
 /// rate = -V |∇φ| (second-order upwind, Godunov) + tension κ |∇φ| (central differences). THEORY (5.1), (5.2).
@@ -61,26 +71,24 @@ struct ParticleLanes {
 
 /// The innermost loops, one set per processor family; all sets give the same bits.
 struct Kernels {
-  /// Copies a brick (source[13]) and of its 26 neighbours' rims, numbered as Band::direction(), what the stencils of some
-  /// rows read into a halo.
-  void (*gather)(const RowSource* source, Rows rows, float* halo);
-  /// The same for stencils along the axes.
-  void (*gather_star)(const RowSource* source, Rows rows, float* halo);
+  /// Copies a brick (source[13]) and the rims of its 26 neighbours, numbered as Band::direction(), into a halo.
+  void (*gather)(const RowSource* source, float* halo);
+  /// The same without what lies across edges and corners: for stencils along the axes.
+  void (*gather_star)(const RowSource* source, float* halo);
   /// Copies the brick out of its halo.
   void (*centre)(const float* halo, float* out);
-  /// The nodes whose sample is below zero.
-  void (*inside)(const float* samples, NodeBits& bits);
+  void (*outline)(const float* samples, float voxel, Outline& out);
   /// The nodes whose sample is nearer to zero than `limit`.
   void (*nearer)(const float* samples, float limit, NodeBits& bits);
   /// `speed` is a halo (NaN: none), `previous` holds 512 numbers; null means none (no transport; b must be 0).
   void (*step)(const float* halo, const float* speed, const float* previous, const StepCoefficients& c, Rows rows,
                float* out);
-  /// Carries speeds outwards along ∇φ through rows of a brick, those nearest to the surface first: nodes next to the surface
-  /// keep theirs; every other node takes the mean of its neighbours nearer to the surface. NaN = not known yet.
-  void (*extend)(const float* phi_halo, float* speed_halo, float background, Rows rows);
-  /// Solves the eikonal equation through rows of a brick, those nearest to the surface first, second order where two upwind
-  /// samples exist; nodes next to the surface stay. Returns the largest change.
-  float (*eikonal)(float* halo, float voxel, float background, Rows rows);
+  /// Carries speeds outwards along ∇φ through rows of a brick, layer by layer: nodes next to the surface keep theirs; every
+  /// other node takes the mean of its neighbours nearer to the surface. NaN = not known yet.
+  void (*extend)(const float* phi_halo, float* speed_halo, const RowLayers& rows);
+  /// Solves the eikonal equation through rows of a brick, layer by layer, second order where two upwind samples exist; nodes
+  /// next to the surface stay. Returns the largest change.
+  float (*eikonal)(float* halo, float voxel, float background, const RowLayers& rows);
   /// Makes samples next to the surface distances: φ / |∇φ|, at most the distance along an axis crossing; the slope |∇φ| is
   /// the mean over the node and those of its neighbours that are next to the surface too (central differences; at a kink,
   /// where two sheets nearly touch, the side that crosses). The others stay.

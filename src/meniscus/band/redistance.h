@@ -1,6 +1,7 @@
 #pragma once
 
 #include <meniscus/band/band.h>
+#include <meniscus/band/outline.h>
 
 namespace meniscus::band {
 
@@ -18,10 +19,11 @@ RedistanceReport redistance(Band& band, const RunControl& run = {}, int max_pass
 /// The same with room for the samples that the caller keeps.
 RedistanceReport redistance(Band& band, int max_passes, std::vector<float>& room, const RunControl& run);
 
-/// The first half of it: nodes next to the surface are divided by a smoothed |∇φ|.
-void rescale_distances(Band& band, std::vector<float>& room, const RunControl& run);
-/// One pass of the second half, outwards from the nodes next to the surface as far as `reach`, world units (and a node
-/// beyond): what a step that has moved but those leaves to do. Returns the largest change, world units.
-float spread_distances(Band& band, float reach, std::vector<float>& room, const RunControl& run);
+/// The first half of it: nodes next to the surface are divided by a smoothed |∇φ|. `outlines` are those of the samples,
+/// before and after.
+void rescale_distances(Band& band, Outlines& outlines, std::vector<float>& room, const RunControl& run);
+/// One pass of the second half, outwards from the nodes next to the surface through rows that came within `reach` voxels of
+/// it: what a step that has moved but those leaves to do. Returns the largest change, world units.
+float spread_distances(Band& band, Outlines& outlines, double reach, std::vector<float>& room, const RunControl& run);
 
 }  // namespace meniscus::band

@@ -13,14 +13,16 @@ Target::Target(const field::Field& field, double rate, double reach) : field_(fi
 }
 
 void Target::add_speed(const SurfaceSamples& at, std::span<double> speed, const RunControl& run) {
-  field::JetBatch jets(at.crossings.size(), field::Order::Gradient);
-  field::evaluate(field_, at.crossings.x.view(), jets.view(), run);
-  for (std::size_t i = 0; i < speed.size(); ++i) {
-    const double f = jets.value(i), slope = jets.gradient(i).norm();
-    // Where the field is flat (outside a compact blob's support) the distance is unknown but large.
-    const double distance = std::abs(f) < reach_ * slope ? f / slope : std::copysign(reach_, f);
-    speed[i] -= rate_ * (std::isnan(f) ? f : distance);
-  }
+  parallel_blocks(speed.size(), field::kBlock, run, [&](std::size_t begin, std::size_t end) {
+    field::JetBatch jets(end - begin, field::Order::Gradient);
+    field_.evaluate(at.crossings.x.view().part(begin, end - begin), jets.view());
+    for (std::size_t i = begin; i < end; ++i) {
+      const double f = jets.value(i - begin), slope = jets.gradient(i - begin).norm();
+      // Where the field is flat (outside a compact blob's support) the distance is unknown but large.
+      const double distance = std::abs(f) < reach_ * slope ? f / slope : std::copysign(reach_, f);
+      speed[i] -= rate_ * (std::isnan(f) ? f : distance);
+    }
+  });
 }
 
 HoldArea::HoldArea(double goal, double speed) : goal_(goal), speed_(speed) {
