@@ -38,8 +38,8 @@ void near_speeds(const Band& band, const Crossings& crossings, std::span<const d
                  const RunControl& run = {});
 
 /// Speeds in and around some rows of a brick (`phi`: its samples), those of nodes away from the surface carried outwards
-/// along ∇φ, so that level sets move together. NaN where nothing has arrived: twice over all bricks serves every node within
-/// 2.5 voxels and most beyond.
+/// along ∇φ, so that level sets move together. NaN where nothing has arrived: once over all bricks serves the nodes within
+/// 1.5 voxels but one in a thousand, twice every node within two and nearly all within 2.5.
 void extend_speeds(const Band& band, const NodeSpeeds& speeds, std::size_t brick, const Halo& phi, const RowLayers& rows,
                    Halo& out);
 
