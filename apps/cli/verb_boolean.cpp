@@ -36,7 +36,7 @@ struct BooleanVerb {
 
 /// The point-set surface in a file; nothing if it holds something else.
 std::optional<pointset::Solid> points_in(const std::string& path, Session& session, const RunControl& run) {
-  const std::string format = io::format_of_path(path);
+  const std::string format = io::format_of_input(path);
   if (format == "json" || format == "vdb") return std::nullopt;
   if (format == "msurf") return io::read_msurf(path);
   io::ReadReport read;

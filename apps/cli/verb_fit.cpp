@@ -62,7 +62,7 @@ nlohmann::json block(const scene::PointSurfaceReport& r, const pointset::PointSe
 void FitVerb::run(Session& session) const {
   const RunControl control = session.run();
   session.add_input(input);
-  if (io::format_of_path(input) == "msurf") throw UsageError(input + " is a point-set surface already");
+  if (io::format_of_input(input) == "msurf") throw UsageError(input + " is a point-set surface already");
   if (io::format_of_path(session.output()) != "msurf") throw UsageError("the output of fit is an .msurf file");
   io::ReadReport read;
   points::Cloud cloud = scene::points_of(io::read_geometry(input, {}, &read));

@@ -47,7 +47,7 @@ void surface_info(const scene::SurfaceSource& source, Session& session, std::str
 void info(const std::string& path, Session& session) {
   session.add_input(path);
   nlohmann::json& info = session.report()["info"];
-  const std::string format = io::format_of_path(path);
+  const std::string format = io::format_of_input(path);
   std::string text = fmt::format("file        {}\n", path);
   if (format == "json" || format == "vdb") {
     const scene::SurfaceSource source({path}, {}, session.run());

@@ -169,7 +169,7 @@ RenderVerb::Shot RenderVerb::shot_at(std::optional<long> frame, Session& session
   Shot v;
   std::size_t next = 0;
   for (const std::string& path : files) {
-    const std::string format = io::format_of_path(path);
+    const std::string format = io::format_of_input(path);
     if (format == "json" || format == "vdb" || (format == "msurf" && !discs && !spheres && upsample == 0)) {
       add_surface(path, frame, run, v.scene);
       continue;
@@ -238,7 +238,7 @@ void RenderVerb::run(Session& session) {
   if (!frames.empty()) options.frames = io::parse_frames(frames);
   for (const std::string& f : files) {
     session.add_input(f);
-    const std::string format = io::format_of_path(f);
+    const std::string format = io::format_of_input(f);
     if (format != "json" && format != "vdb" && format != "msurf" && (io::FramePattern::parse(f) || io::count_frames(f) > 1))
       sequences_.emplace_back(std::vector<std::string>{f}, options);
   }

@@ -109,6 +109,32 @@ TEST(CommandLine, StdoutIsDataAndReportsAreJson) {
   EXPECT_EQ(nlohmann::json::parse(failed.out)["status"], "error");
 }
 
+TEST(CommandLine, AnyInputMayComeThroughAPipe) {
+  const Scratch s;
+  write(s / "ball.json", kBall);
+  write(s / "drops.csv", "x,y,z\n0,0,0\n0.5,0,0\n0,0.5,0\n");
+  const auto made = [&](const std::string& line) { ASSERT_EQ(meniscus_program(line).code, 0) << line; };
+  made("mesh " + (s / "ball.json") + " --voxel 0.2 -o " + (s / "ball.ply"));
+  made("sample " + (s / "ball.json") + " --count 200 -o " + (s / "points.ply"));
+  made("fit " + (s / "points.ply") + " -o " + (s / "points.msurf"));
+  made("morph " + (s / "ball.json") + " " + (s / "ball.json") + " --frames 2 --voxel 0.2 --vdb " + (s / "g.####.vdb") +
+       " -o " + (s / "m.####.ply"));
+  for (const std::string file : {"ball.json", "ball.ply", "points.msurf", "g.0001.vdb", "drops.csv"}) {
+    const std::string before = "cat '" + (s / file) + "' |";
+    const std::string radius = file == "drops.csv" ? " --radius 0.4" : "";
+    for (const std::string& line : {std::string("info -"), "mesh - --voxel 0.2 -f -o " + (s / "x.ply") + radius,
+                                    "sample - --count 100 -f -o " + (s / "y.ply") + radius,
+                                    "render - --size 20x20 --samples 1 -f -o " + (s / "z.png")}) {
+      const auto r = meniscus_program(line, before);
+      EXPECT_EQ(r.code, 0) << file << ": " << line << "\n" << r.err;
+    }
+    EXPECT_EQ(meniscus_program("mesh " + (s / file) + " --voxel 0.2 -q -f -o " + (s / "w.obj") + radius).code, 0);
+    EXPECT_EQ(meniscus_program("mesh - --voxel 0.2 -q -f -o " + (s / "x.obj") + radius, before).code, 0);
+    const auto body = [](std::string text) { return text.substr(text.find("\nv ")); };
+    EXPECT_TRUE(body(contents(s / "w.obj")) == body(contents(s / "x.obj"))) << file;
+  }
+}
+
 TEST(CommandLine, WhatReadersLeaveOutIsToldByEveryVerb) {
   const Scratch s;
   write(s / "particles.csv", "x,y,z\n0,0,0\n0.5,0,0\n0,0.5,nan\n");

@@ -4,12 +4,14 @@
 #include <zlib.h>
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <algorithm>
 #include <cerrno>
 #include <memory>
 #include <system_error>
+#include <vector>
 
 namespace meniscus::io {
 namespace {
@@ -17,15 +19,14 @@ namespace {
 /// Small files may be all zeros; only large ones can hurt.
 constexpr std::uint64_t kFreeInflation = 64ull << 20;
 constexpr std::uint64_t kLargestRatio = 400;
+constexpr std::uint64_t kLargestInput = 8ull << 30;  // standard input
 
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ > STDERR_FILENO) ::close(fd_);
-  }
+  ~Descriptor() { ::close(fd_); }
   int get() const { return fd_; }
 
  private:
@@ -41,13 +42,6 @@ void check_limit(std::uint64_t bytes, const std::string& path, std::uint64_t lim
     throw ResourceLimit(path + ": more than " + std::to_string(limit) + " bytes, the memory limit for reading");
 }
 
-/// Opened for reading; throws for what is missing or a folder.
-int open_file(const std::string& path) {
-  const int file = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) fail(path, errno);
-  return file;
-}
-
 /// read() that continues after interrupts.
 std::size_t read_some(int file, char* to, std::size_t size, const std::string& path) {
   for (;;) {
@@ -55,6 +49,35 @@ std::size_t read_some(int file, char* to, std::size_t size, const std::string& p
     if (got >= 0) return static_cast<std::size_t>(got);
     if (errno != EINTR) fail(path, errno);
   }
+}
+
+/// All of standard input, in memory: a pipe can be read once, but the kind of input is told before it is read.
+int spooled_input() {
+  const int spool = ::memfd_create("input", MFD_CLOEXEC);
+  if (spool < 0) fail("-", errno);
+  std::vector<char> piece(1 << 20);
+  std::uint64_t size = 0;
+  while (const std::size_t got = read_some(STDIN_FILENO, piece.data(), piece.size(), "-")) {
+    check_limit(size += got, "-", kLargestInput);
+    for (std::size_t written = 0; written < got;) {
+      const ssize_t n = ::write(spool, piece.data() + written, got - written);
+      if (n < 0 && errno != EINTR) fail("-", errno);
+      written += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+    }
+  }
+  return spool;
+}
+
+/// Opened for reading from its beginning; throws for what is missing or a folder.
+int open_file(const std::string& path) {
+  std::string name = path;
+  if (path == "-") {
+    static const int spool = spooled_input();
+    name = "/proc/self/fd/" + std::to_string(spool);
+  }
+  const int file = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) fail(path, errno);
+  return file;
 }
 
 std::string read_all(const std::string& path, std::uint64_t limit) {

@@ -7,8 +7,9 @@
 
 namespace meniscus::io {
 
-/// The bytes of a file, inflated if they are gzip; "-" is standard input. Throws IoError (missing, a folder, unreadable,
-/// broken gzip) or ResourceLimit when they are more than `limit`, or when gzip claims to shrink them more than 400-fold.
+/// The bytes of a file, inflated if they are gzip; "-" is standard input, which may be read again. Throws IoError (missing,
+/// a folder, unreadable, broken gzip) or ResourceLimit when they are more than `limit`, or when gzip claims to shrink them
+/// more than 400-fold.
 std::string load_file(const std::string& path, std::uint64_t limit);
 
 /// The bytes of a file as they are, gzip or not.

@@ -168,6 +168,15 @@ std::string format_of_path(std::string_view path) {
   return out;
 }
 
+std::string format_of_input(const std::string& path) {
+  if (path != "-") return format_of_path(path);
+  const std::string bytes = load_file(path, ReadOptions{}.memory_limit);
+  if (bytes.starts_with(" BDV")) return "vdb";
+  if (looks_like_msurf(bytes)) return "msurf";
+  const std::size_t first = bytes.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != bytes.npos && (bytes[first] == '{' || bytes[first] == '/') ? "json" : "";
+}
+
 Geometry read_geometry_bytes(const std::string& path, std::string_view bytes, const ReadOptions& options,
                              ReadReport* report) {
   if (is_gzip(bytes)) return read_inflated(path, inflate_gzip(bytes, path, options.memory_limit), options, report);

@@ -92,4 +92,8 @@ void write_geometry(const std::string& path, const Geometry& geometry, const Wri
 /// Lower-case extension without the dot and without a final ".gz": "a/B.PLY.gz" -> "ply".
 std::string format_of_path(std::string_view path);
 
+/// The same for an input that may be standard input ("-"): of that "json", "vdb" or "msurf" by its content, otherwise "",
+/// which read_geometry understands.
+std::string format_of_input(const std::string& path);
+
 }  // namespace meniscus::io

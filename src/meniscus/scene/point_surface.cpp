@@ -50,7 +50,7 @@ pointset::Solid point_surface(points::Cloud cloud, const std::string& path, cons
 
 pointset::Solid read_point_surface(const std::string& path, const pointset::FitOptions& options, PointSurfaceReport* report,
                                    const RunControl& run) {
-  if (io::format_of_path(path) == "msurf") return io::read_msurf(path);
+  if (io::format_of_input(path) == "msurf") return io::read_msurf(path);
   return point_surface(points_of(io::read_geometry(path)), path, options, report, run);
 }
 

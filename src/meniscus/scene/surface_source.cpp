@@ -44,7 +44,7 @@ SurfaceSource::SurfaceSource(const std::vector<std::string>& inputs, SourceOptio
   if (inputs_.empty()) throw InvalidInput("an input file is needed");
   if (options_.radius && !(*options_.radius > 0)) throw InvalidInput("the radius must be above zero");
   if (options_.fps && !(*options_.fps > 0)) throw InvalidInput("frames per second must be above zero");
-  const std::string format = io::format_of_path(inputs_[0]);
+  const std::string format = io::format_of_input(inputs_[0]);
   const bool one_file = inputs_.size() == 1 && !is_pattern(inputs_[0]);
 
   if (one_file && format == "json") {
