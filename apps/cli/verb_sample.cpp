@@ -272,7 +272,7 @@ void add_sample(CLI::App& app, Session& session) {
                    "packed (default): even as can be; floaters: the particles of Witkin and Heckbert from one seed; "
                    "global: the same with one radius for all")
       ->check(CLI::IsMember({"packed", "floaters", "global"}));
-  verb->add_option("--steps", state->steps, "relaxation steps; default 30 (packed) or until rest, at most 400 (floaters)");
+  verb->add_option("--steps", state->steps, "relaxation steps; default 24 (packed) or until rest, at most 400 (floaters)");
   verb->add_flag("--fast", state->fast, "preview: half the time, packing about 0.83 instead of 0.9");
   verb->add_option("--mesh", state->mesh, "also write a triangle mesh of the points themselves");
   verb->add_option("--box", state->box, "\"x,y,z -> x,y,z\": where to sample; default: the surface's own bounds");

@@ -1,3 +1,4 @@
+#include <meniscus/band/particle_attributes.h>
 #include <meniscus/band/particle_shells.h>
 #include <meniscus/band/skin.h>
 #include <meniscus/base/error.h>
@@ -350,58 +351,7 @@ std::vector<Vec3> Skin::velocities(std::span<const Vec3> at, const RunControl& r
 }
 
 Attributes Skin::carried(std::span<const Vec3> at, const std::vector<std::string>& leave_out, const RunControl& run) const {
-  Attributes out;
-  std::vector<const Attribute*> wanted;
-  for (const Attribute& a : cloud_.attributes)
-    if (std::find(leave_out.begin(), leave_out.end(), a.name) == leave_out.end()) wanted.push_back(&a);
-  if (wanted.empty()) return out;
-  const double reach = 3 * options_.radius;
-  const ParticleCells cells(now_.state.position, reach);
-  std::vector<std::vector<double>> means;
-  std::vector<std::vector<std::int64_t>> picks;
-  for (const Attribute* a : wanted) {
-    means.emplace_back(a->is_integer() ? 0 : at.size() * a->components);
-    picks.emplace_back(a->is_integer() ? at.size() * a->components : 0);
-  }
-  parallel_for(at.size(), 128, run, [&](std::size_t i) {
-    double total = 0, heaviest = 0;
-    std::size_t pick = 0;
-    std::vector<std::pair<std::size_t, double>> near;
-    cells.for_runs(Box::around(at[i], 0), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t m = begin; m < end; ++m) {
-        const std::uint32_t p = cells.order()[m];
-        const double q = 1 - (now_.state.position[p] - at[i]).squaredNorm() / (reach * reach);
-        if (q <= 0) continue;
-        const double w = q * q * q;
-        total += w;
-        near.emplace_back(now_.source[p], w);
-        if (w > heaviest) {
-          heaviest = w;
-          pick = now_.source[p];
-        }
-      }
-    });
-    if (near.empty()) return;
-    for (std::size_t k = 0; k < wanted.size(); ++k) {
-      const std::size_t n = wanted[k]->components;
-      for (std::size_t c = 0; c < n; ++c) {
-        if (wanted[k]->is_integer()) {
-          picks[k][i * n + c] = std::get<1>(wanted[k]->data)[pick * n + c];
-        } else {
-          double sum = 0;
-          for (const auto& [row, w] : near) sum += w * std::get<0>(wanted[k]->data)[row * n + c];
-          means[k][i * n + c] = sum / total;
-        }
-      }
-    }
-  });
-  for (std::size_t k = 0; k < wanted.size(); ++k) {
-    if (wanted[k]->is_integer())
-      out.set_integers(wanted[k]->name, wanted[k]->components, std::move(picks[k]));
-    else
-      out.set(wanted[k]->name, wanted[k]->components, std::move(means[k]));
-  }
-  return out;
+  return carried_attributes(cloud_.attributes, now_, 3 * options_.radius, at, leave_out, run);
 }
 
 Skin::State Skin::state() {

@@ -122,7 +122,8 @@ class Mending {
     const std::vector<CellMeasure> cells = measure_cells(points, spacing, near, box_, run_, asked);
     std::vector<Fault> out(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      out[i].size = options_.packing * cells[i].local_spacing / cells[i].nearest;
+      const double close = options_.packing * cells[i].local_spacing / cells[i].nearest;
+      out[i].size = close * close;  // a close pair makes slivers, a hole but larger triangles: what it lacks counts twice
       out[i].place = cells[i].corner;
       out[i].normal = points.normal(i);
       out[i].room = cells[i].area / (cells[i].share * spacing[i] * spacing[i]);
@@ -162,7 +163,10 @@ class Mending {
       hash.insert(x);
       r.center.push_back(i);
       // In every cell that the patch can reach, so that each particle has to look into its own cell only.
-      for (int k = 0; k < 27; ++k) around.insert(x + ring * widest * Vec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
+      for (int k = 0; k < 27; ++k) {
+        const int row = k / 3, layer = k / 9;
+        around.insert(x + ring * widest * Vec3(k % 3 - 1, row % 3 - 1, layer - 1));
+      }
     }
     for (std::uint32_t i = 0; i < p_.points.size(); ++i) {
       const Vec3 x = p_.points.position(i);

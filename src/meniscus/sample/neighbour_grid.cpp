@@ -223,7 +223,7 @@ struct Candidates {
     out.resize(kept + n);
     for (std::size_t k = 0; k < n; ++k) {
       out[kept] = index[k];
-      kept += (beyond[k] < 0) & (index[k] != self);
+      kept += static_cast<int>(beyond[k] < 0) & static_cast<int>(index[k] != self);
     }
     out.resize(kept);
   }

@@ -15,8 +15,8 @@ class Surroundings {
  public:
   /// Lists as cells need them.
   Surroundings() = default;
-  /// Lists within `reach` spacings, until points have moved by `worn` spacings on average. A pair is listed when either point
-  /// reaches the other.
+  /// Lists within `reach` spacings, until points have moved by `worn` spacings on average. A pair is listed when either
+  /// point reaches the other.
   Surroundings(double reach, double worn) : reach_(reach), worn_(worn) {}
 
   /// Finds the lists anew if the number of points has changed or they have moved that far since. Returns
