@@ -30,6 +30,15 @@ constexpr std::size_t kManyBirths = 32;     // more than one to this many: lists
 constexpr double kSingular = 1e-9;          // |∇F| over its mean
 constexpr double kTilePerRadius2 = 3.523;   // area a particle at rest holds, in σ²
 
+double mean_slope(const field::JetBatch& jets, std::size_t n, const RunControl& run) {
+  const auto slopes = [&](std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) sum += jets.gradient(i).norm();
+    return sum;
+  };
+  return parallel_reduce(n, kSimpleBlock, run, 0.0, slopes, std::plus<>()) / static_cast<double>(n);
+}
+
 void check(const Box& box, const FloaterOptions& o) {
   if (box.empty() || !box.finite()) throw InvalidInput("floaters need a finite box that is not empty");
   if (!(o.radius > 0) || !std::isfinite(o.radius)) throw InvalidInput("the wanted radius must be a number above 0");
@@ -237,12 +246,7 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
     jets = evaluated();
   }
   const std::size_t n = points_.size();
-  const auto slopes = [&](std::size_t begin, std::size_t end) {
-    double sum = 0;
-    for (std::size_t i = begin; i < end; ++i) sum += jets.gradient(i).norm();
-    return sum;
-  };
-  const double mean_slope = parallel_reduce(n, kSimpleBlock, run_, 0.0, slopes, std::plus<>()) / static_cast<double>(n);
+  const double singular = kSingular * mean_slope(jets, n, run_);
 
   SurfacePoints next = points_;
   std::vector<double> next_sigma = sigma_;
@@ -256,7 +260,7 @@ void Floaters::move(const field::Field& surface, double dt, FloaterStep& report)
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 p = points_.position(i), g = jets.gradient(i);
       const double slope = g.norm(), f = jets.value(i);
-      if (!(slope > kSingular * mean_slope) || !std::isfinite(f)) {
+      if (!(slope > singular) || !std::isfinite(f)) {
         ++sum.singular;
         speed_[i] = 0;
         continue;
